@@ -1,0 +1,18 @@
+//! How it moves: poses, interpolation between knots, jerk-limited profiles, paths.
+//!
+//! Pure functions of time; no allocation; libm everywhere, so host and MCU agree bit for bit.
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
+)]
+
+pub mod pose;
+
+pub use pose::Pose;
