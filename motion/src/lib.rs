@@ -13,6 +13,10 @@
     )
 )]
 
+pub mod line;
 pub mod pose;
+pub mod profile;
+mod scalar;
 
+pub use line::{Line, Twist};
 pub use pose::Pose;

@@ -1,0 +1,93 @@
+//! Limits of one axis, what can be wrong with a request, and the shortest time within limits.
+
+use crate::scalar::larger;
+use core::fmt;
+
+/// Symmetric limits of one axis: |velocity| ≤ v, |acceleration| ≤ a, |jerk| ≤ j.
+///
+/// Units: the axis' unit (rad, m, or a path parameter) per s, s² and s³.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisLimits {
+    /// Velocity limit.
+    pub v: f64,
+    /// Acceleration limit.
+    pub a: f64,
+    /// Jerk limit.
+    pub j: f64,
+}
+
+impl AxisLimits {
+    /// All three limits multiplied by one factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            v: self.v * factor,
+            a: self.a * factor,
+            j: self.j * factor,
+        }
+    }
+
+    /// # Errors
+    /// [`ProfileError::NotFinite`] or [`ProfileError::NonPositiveLimit`].
+    pub(crate) fn validate(&self) -> Result<(), ProfileError> {
+        let all = [self.v, self.a, self.j];
+        if all.iter().any(|x| !x.is_finite()) {
+            return Err(ProfileError::NotFinite);
+        }
+        if all.iter().any(|x| *x <= 0.0) {
+            return Err(ProfileError::NonPositiveLimit);
+        }
+        Ok(())
+    }
+}
+
+/// Why a profile cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileError {
+    /// A distance, position, limit or duration is infinite or not a number.
+    NotFinite,
+    /// A distance is negative: the sign of a motion is its caller's.
+    NegativeDistance,
+    /// A limit is zero or negative.
+    NonPositiveLimit,
+    /// The asked duration is shorter than the shortest within the limits.
+    TooShort,
+    /// Some quantity of the motion is too large or too small for a floating-point number.
+    NotRepresentable,
+}
+
+impl fmt::Display for ProfileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "an argument is infinite or not a number",
+            Self::NegativeDistance => "the distance is negative",
+            Self::NonPositiveLimit => "a limit is not positive",
+            Self::TooShort => "the duration is shorter than the limits allow",
+            Self::NotRepresentable => "the motion is outside the range of floating point",
+        })
+    }
+}
+
+impl core::error::Error for ProfileError {}
+
+/// The shortest time (s) over `distance` ≥ 0 from rest to rest: infinite or NaN for senseless input.
+///
+/// In closed form; a [`Profile`](super::Profile) of the same arguments takes this long.
+#[must_use]
+pub fn rest_time(distance: f64, limits: &AxisLimits) -> f64 {
+    let AxisLimits { v, a, j } = *limits;
+    let accelerating = if a / j * a > v {
+        2.0 * libm::sqrt(v / j)
+    } else {
+        a / j + v / a
+    };
+    if distance >= v * accelerating {
+        return accelerating + distance / v;
+    }
+    let tj = a / j;
+    if distance >= 2.0 * a * tj * tj {
+        tj + libm::sqrt(tj * tj + 4.0 * (distance / a))
+    } else {
+        4.0 * libm::cbrt(0.5 * (larger(distance, 0.0) / j))
+    }
+}
