@@ -1,0 +1,465 @@
+//! What can go wrong on the host, and the exit codes that tell it to scripts.
+//!
+//! | code | meaning |
+//! |---:|---|
+//! | 0 | done |
+//! | 10 | a fault ended the motion; the robots stopped and the fault is latched |
+//! | 11 | a target was refused or cannot be reached; nothing moved for it |
+//! | 12 | stopped by the operator |
+//! | 64 | wrong use of the command line |
+//! | 65 | a file has wrong contents |
+//! | 66 | a file cannot be opened for reading |
+//! | 69 | a node does not answer, or a bus cannot be opened or has gone |
+//! | 70 | an error of this program |
+//! | 73 | a file cannot be created |
+//! | 74 | reading, writing or a bus failed on the way |
+//! | 75 | another MP holds the command lease: try again later |
+//! | 76 | a node does not speak this version of the protocol |
+//! | 77 | the system refuses access |
+//! | 78 | the robots that answer are not those of the cell |
+//!
+//! 64 to 78 are those of BSD `sysexits.h`; 10 to 12 are ours. Every error prints as one line.
+
+use crate::input::{DataError, InputError, LoadError, Problem};
+use protocol::fault::{Fault, Refusal};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Exit codes, by name.
+pub mod exit {
+    /// Done.
+    pub const OK: u8 = 0;
+    /// A fault ended the motion.
+    pub const FAULT: u8 = 10;
+    /// A target was refused or cannot be reached.
+    pub const REFUSED: u8 = 11;
+    /// Stopped by the operator.
+    pub const STOPPED: u8 = 12;
+    /// Wrong use of the command line.
+    pub const USAGE: u8 = 64;
+    /// A file has wrong contents.
+    pub const DATA: u8 = 65;
+    /// A file cannot be opened for reading.
+    pub const NO_INPUT: u8 = 66;
+    /// A node or a bus is not there.
+    pub const UNAVAILABLE: u8 = 69;
+    /// An error of this program.
+    pub const INTERNAL: u8 = 70;
+    /// A file cannot be created.
+    pub const CANNOT_CREATE: u8 = 73;
+    /// Input or output failed.
+    pub const IO: u8 = 74;
+    /// The lease is held.
+    pub const TEMPORARY: u8 = 75;
+    /// Another protocol.
+    pub const PROTOCOL: u8 = 76;
+    /// Access refused.
+    pub const PERMISSION: u8 = 77;
+    /// Another cell.
+    pub const CONFIG: u8 = 78;
+
+    /// Every code and what it means.
+    pub const ALL: [(u8, &str); 15] = [
+        (OK, "done"),
+        (FAULT, "a fault ended the motion"),
+        (REFUSED, "a target was refused or cannot be reached"),
+        (STOPPED, "stopped by the operator"),
+        (USAGE, "wrong use of the command line"),
+        (DATA, "a file has wrong contents"),
+        (NO_INPUT, "a file cannot be opened for reading"),
+        (UNAVAILABLE, "a node or a bus is not there"),
+        (INTERNAL, "an error of this program"),
+        (CANNOT_CREATE, "a file cannot be created"),
+        (IO, "reading, writing or a bus failed on the way"),
+        (TEMPORARY, "another MP holds the command lease"),
+        (PROTOCOL, "a node speaks another protocol"),
+        (PERMISSION, "the system refuses access"),
+        (CONFIG, "the robots that answer are not those of the cell"),
+    ];
+}
+
+/// An error of the host library.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The command line asks for what there is not.
+    #[error("{what} (expected {expected}, got {got})")]
+    Usage {
+        /// What is wrong.
+        what: String,
+        /// What was expected.
+        expected: String,
+        /// What was given.
+        got: String,
+    },
+    /// A file has wrong contents.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// A file cannot be read.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A file cannot be created.
+    #[error("{}: error: cannot create the file: {source}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Writing to a file failed.
+    #[error("{}: error: cannot write: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A bus cannot be opened, or has gone.
+    #[error("bus {bus}: {reason}")]
+    Bus {
+        /// Its name.
+        bus: String,
+        /// What the transport says.
+        reason: String,
+    },
+    /// A node does not answer.
+    #[error("{robot}: no answer from its node (expected one in {waited_ms} ms, got none)")]
+    Silent {
+        /// The robot.
+        robot: String,
+        /// How long the MP waited.
+        waited_ms: u32,
+    },
+    /// Another MP holds the lease.
+    #[error("{robot}: commanded by another MP, node {holder}; stop that one or try again later")]
+    LeaseHeld {
+        /// The robot.
+        robot: String,
+        /// Node id of the holder.
+        holder: u8,
+    },
+    /// A node speaks another protocol.
+    #[error("{robot}: its node has another {what} (expected {expected}, got {got})")]
+    Protocol {
+        /// The robot.
+        robot: String,
+        /// Version, schema hash, …
+        what: &'static str,
+        /// Ours.
+        expected: String,
+        /// Its.
+        got: String,
+    },
+    /// A node is not what the cell says.
+    #[error("{robot}: its node has another {what} than the cell (expected {expected}, got {got})")]
+    Cell {
+        /// The robot.
+        robot: String,
+        /// Name, number of axes, configuration, …
+        what: &'static str,
+        /// The cell's.
+        expected: String,
+        /// The node's.
+        got: String,
+    },
+    /// A node refused an instruction; nothing moved for it.
+    #[error(
+        "{}{robot}: refused, nothing moved: {}",
+        Step(step),
+        refusal_text(refusal)
+    )]
+    Refused {
+        /// The robot.
+        robot: String,
+        /// The step of the task, if there is one.
+        step: Option<String>,
+        /// The node's reason.
+        refusal: Refusal,
+    },
+    /// A fault ended the motion.
+    #[error("{}{robot}: {}", Step(step), fault_text(fault))]
+    Fault {
+        /// The robot.
+        robot: String,
+        /// The step of the task, if there is one.
+        step: Option<String>,
+        /// What its node latched.
+        fault: Fault,
+    },
+    /// Stopped by the operator, at rest.
+    #[error("{}stopped by the operator", Step(step))]
+    Stopped {
+        /// The step of the task, if there is one.
+        step: Option<String>,
+    },
+    /// What cannot be, if this program is right.
+    #[error("internal error: {0}; please report it")]
+    Internal(String),
+}
+
+impl From<LoadError> for Error {
+    fn from(error: LoadError) -> Self {
+        match error {
+            LoadError::Input(error) => Self::Input(error),
+            LoadError::Data(error) => Self::Data(error),
+        }
+    }
+}
+
+impl Error {
+    /// A file that could not be created.
+    #[must_use]
+    pub fn create(path: &Path, source: io::Error) -> Self {
+        Self::Create {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// A file that could not be written.
+    #[must_use]
+    pub fn write(path: &Path, source: io::Error) -> Self {
+        Self::Write {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// The exit code: one of [`exit`].
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage { .. } => exit::USAGE,
+            Self::Data(error) if error.problem == Problem::Unreadable => exit::NO_INPUT,
+            Self::Data(_) => exit::DATA,
+            Self::Input(error) => match error {
+                InputError::Absent(_) | InputError::NotAFile(_) => exit::NO_INPUT,
+                InputError::Refused(_) => exit::PERMISSION,
+                InputError::TooLarge(_) | InputError::NotText(..) => exit::DATA,
+                InputError::Io(..) => exit::IO,
+            },
+            Self::Create { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                exit::PERMISSION
+            }
+            Self::Create { .. } => exit::CANNOT_CREATE,
+            Self::Write { .. } => exit::IO,
+            Self::Bus { .. } | Self::Silent { .. } => exit::UNAVAILABLE,
+            Self::LeaseHeld { .. } => exit::TEMPORARY,
+            Self::Protocol { .. } => exit::PROTOCOL,
+            Self::Cell { .. } => exit::CONFIG,
+            Self::Refused { refusal, .. } => match refusal {
+                Refusal::LeaseHeld { .. } | Refusal::NoLease { .. } => exit::TEMPORARY,
+                _ => exit::REFUSED,
+            },
+            Self::Fault { .. } => exit::FAULT,
+            Self::Stopped { .. } => exit::STOPPED,
+            Self::Internal(_) => exit::INTERNAL,
+        }
+    }
+}
+
+/// The step as a prefix.
+struct Step<'a>(&'a Option<String>);
+
+impl std::fmt::Display for Step<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Some(step) => write!(f, "step `{}`: ", step.escape_debug()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A fault in one line; axes are counted from 1 for people.
+#[must_use]
+pub fn fault_text(fault: &Fault) -> String {
+    let axis = fault.axis.map_or_else(String::new, |axis| {
+        format!(" on axis {}", u16::from(axis) + 1)
+    });
+    format!(
+        "fault {}{axis} while {:?}, servo step {}: {}",
+        fault.cause.code(),
+        fault.during,
+        fault.step,
+        fault.cause.text()
+    )
+}
+
+/// A refusal in one line; axes are counted from 1 for people.
+#[must_use]
+pub fn refusal_text(refusal: &Refusal) -> String {
+    let number = |index: u8| u16::from(index) + 1;
+    match refusal {
+        Refusal::LeaseHeld { holder } => format!("node {holder} holds the command lease"),
+        Refusal::NoLease { epoch } => {
+            format!("the command lease is not ours (epoch {epoch} is valid)")
+        }
+        Refusal::WrongState { state } => format!("not possible while {state:?}"),
+        Refusal::NotSynchronised => {
+            "not homed: only relative moves of the motors are possible".into()
+        }
+        Refusal::FaultLatched { cause } => {
+            format!("fault {} is latched: {}", cause.code(), cause.text())
+        }
+        Refusal::CausePresent { cause } => {
+            format!("fault {} is still present: {}", cause.code(), cause.text())
+        }
+        Refusal::AxisCount { expected, got } => {
+            format!("wrong number of axes (expected {expected}, got {got})")
+        }
+        Refusal::NotFinite { index } => {
+            format!("value {} is not a finite number", number(*index))
+        }
+        Refusal::OutOfRange {
+            index,
+            value,
+            lower,
+            upper,
+        } => format!(
+            "value {} out of range (expected {lower} to {upper}, got {value})",
+            number(*index)
+        ),
+        Refusal::Limit {
+            axis,
+            quantity,
+            value,
+            limit,
+        } => format!(
+            "axis {} would break its {quantity:?} limit (expected at most {limit}, got {value})",
+            number(*axis)
+        ),
+        Refusal::Unreachable => "the pose, or one on the way, is outside the workspace".into(),
+        Refusal::Singular => "the way passes a singular pose".into(),
+        Refusal::Stale { last } => format!("an old command (the last was {last})"),
+        Refusal::Late => "the start time has passed".into(),
+        Refusal::QueueFull => "no room in the node's queue".into(),
+        Refusal::NotMonotone => "the times of the knots do not increase".into(),
+        Refusal::Discontinuous { axis } => format!(
+            "the first knot does not continue the present state of axis {}",
+            number(*axis)
+        ),
+        Refusal::UnknownProgram { program } => {
+            format!("no program {program} is linked into the node")
+        }
+        Refusal::UnknownServoLaw => "the node does not have this servo law".into(),
+        Refusal::Aborted => "ended by a stop or a fault before it was complete".into(),
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use protocol::fault::{Cause, Quantity};
+    use protocol::message::NodeState;
+
+    fn samples() -> Vec<Error> {
+        let name = || "irp6-track".to_owned();
+        let io = |kind| io::Error::from(kind);
+        let path = PathBuf::from("x");
+        let data = |problem| {
+            Error::Data(DataError {
+                path: None,
+                line: 1,
+                column: 2,
+                problem,
+                what: "w".into(),
+                expected: "e".into(),
+                got: "g".into(),
+            })
+        };
+        let refused = |refusal| Error::Refused {
+            robot: name(),
+            step: Some("a\nb".into()),
+            refusal,
+        };
+        vec![
+            Error::Usage {
+                what: "unknown robot".into(),
+                expected: "`irp6-track`".into(),
+                got: "`x`".into(),
+            },
+            data(Problem::Syntax),
+            data(Problem::Unreadable),
+            Error::Input(InputError::Refused(path.clone())),
+            Error::create(&path, io(io::ErrorKind::NotFound)),
+            Error::write(&path, io(io::ErrorKind::StorageFull)),
+            Error::Bus {
+                bus: "vcan0".into(),
+                reason: "no such interface".into(),
+            },
+            Error::Silent {
+                robot: name(),
+                waited_ms: 500,
+            },
+            Error::LeaseHeld {
+                robot: name(),
+                holder: 1,
+            },
+            Error::Protocol {
+                robot: name(),
+                what: "schema hash",
+                expected: "1".into(),
+                got: "2".into(),
+            },
+            Error::Cell {
+                robot: name(),
+                what: "number of axes",
+                expected: "7".into(),
+                got: "6".into(),
+            },
+            refused(Refusal::Limit {
+                axis: 0,
+                quantity: Quantity::JointPosition,
+                value: 2.0,
+                limit: 1.21,
+            }),
+            refused(Refusal::Unreachable),
+            Error::Fault {
+                robot: name(),
+                step: None,
+                fault: Fault {
+                    cause: Cause::LeaseExpired,
+                    axis: Some(2),
+                    step: 99,
+                    during: NodeState::Moving,
+                },
+            },
+            Error::Stopped { step: None },
+            Error::Internal("x".into()),
+        ]
+    }
+
+    #[test]
+    fn every_error_is_one_line() {
+        for error in samples() {
+            assert!(!error.to_string().contains('\n'), "{error}");
+        }
+        let texts: Vec<_> = samples().iter().map(ToString::to_string).collect();
+        assert!(
+            texts[11].contains(
+                "axis 1 would break its JointPosition limit (expected at most 1.21, got 2)"
+            ),
+            "{}",
+            texts[11]
+        );
+        assert_eq!(
+            texts[13],
+            "irp6-track: fault 10 on axis 3 while Moving, servo step 99: the MP's lease expired: no valid cyclic message in time"
+        );
+    }
+
+    #[test]
+    fn every_code_is_documented_and_given_by_some_error() {
+        let doc: Vec<u8> = include_str!("error.rs")
+            .lines()
+            .take_while(|line| line.starts_with("//!"))
+            .filter_map(|line| line.strip_prefix("//! | ")?.split(' ').next()?.parse().ok())
+            .collect();
+        let listed: Vec<u8> = exit::ALL.iter().map(|(code, _)| *code).collect();
+        assert_eq!(doc, listed);
+        let given: Vec<u8> = samples().iter().map(Error::exit_code).collect();
+        for code in listed.into_iter().filter(|code| *code != exit::OK) {
+            assert!(given.contains(&code), "no error gives {code}");
+        }
+    }
+}

@@ -1,0 +1,416 @@
+//! The cell: which robots there are, how their loops are closed, and on which buses they hang.
+
+use super::document::{Document, Fields, Value, one_of};
+use super::kind::{drive_groups, t_world_base};
+use crate::input::{DataError, LoadError, Problem, shown};
+use motion::pose::Pose;
+use nalgebra::Vector3;
+use protocol::message::{MAX_NAME, ServoLaw};
+use robots::RobotKind;
+use std::path::Path;
+
+/// The velocity limit as a fraction of the motors' greatest, where the cell says nothing
+/// (MRROC++ `velocity_limit_global_factor`).
+pub const DEFAULT_VELOCITY_FACTOR: f64 = 0.2;
+
+/// The bus towards the nodes, where the cell says nothing.
+const DEFAULT_MP_BUS: &str = "mp";
+
+/// Robots and buses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// The robots, in the order of the file; names are unique.
+    pub robots: Vec<RobotSpec>,
+    /// The buses; names are unique. Those left to defaults come last.
+    pub buses: Vec<BusSpec>,
+}
+
+/// A robot of the cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotSpec {
+    /// Its name in the task; its kind's, if not said otherwise.
+    pub name: String,
+    /// What it is.
+    pub kind: RobotKind,
+    /// How its EDP closes the loops at the start.
+    pub servo: ServoLaw,
+    /// Velocity limit as a fraction (0, 1] of the motors' greatest.
+    pub velocity_factor: f64,
+    /// Its base in the world.
+    pub t_world_base: Pose,
+    /// Index in [`Cell::buses`] of the bus towards the MP.
+    pub mp_bus: usize,
+    /// Its drives; every axis on exactly one bus.
+    pub drives: Vec<DriveGroup>,
+}
+
+impl RobotSpec {
+    /// Number of axes.
+    #[must_use]
+    pub fn axes(&self) -> usize {
+        self.kind.axes()
+    }
+}
+
+/// Drives of one robot on one bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DriveGroup {
+    /// Index in [`Cell::buses`].
+    pub bus: usize,
+    /// Axes from 0 (files count from 1).
+    pub axes: Vec<usize>,
+}
+
+/// The two kinds of CAN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusKind {
+    /// Classical CAN: 8 bytes a frame, one bit rate.
+    Classic,
+    /// CAN FD: 64 bytes a frame, a faster rate for data.
+    Fd {
+        /// Bits per second of the data phase.
+        data_bit_rate: u32,
+    },
+}
+
+/// A bus of the cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusSpec {
+    /// Its name.
+    pub name: String,
+    /// Classical or FD.
+    pub kind: BusKind,
+    /// Bits per second; of the arbitration phase for FD.
+    pub bit_rate: u32,
+}
+
+impl BusSpec {
+    /// Classical CAN at 1 Mbit/s.
+    #[must_use]
+    pub fn classic(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            kind: BusKind::Classic,
+            bit_rate: 1_000_000,
+        }
+    }
+
+    /// CAN FD at 1 and 5 Mbit/s.
+    #[must_use]
+    pub fn fd(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            kind: BusKind::Fd {
+                data_bit_rate: 5_000_000,
+            },
+            bit_rate: 1_000_000,
+        }
+    }
+}
+
+/// The servo laws by the names task files use.
+pub const SERVO_LAWS: [(&str, ServoLaw); 3] = [
+    ("drive-position", ServoLaw::DrivePosition),
+    ("original", ServoLaw::Original),
+    ("feed-forward", ServoLaw::FeedForward),
+];
+
+impl Cell {
+    /// Robots named after their kinds, with every default: one FD bus towards the MP, and the
+    /// drive buses of each kind.
+    #[must_use]
+    pub fn of(kinds: &[RobotKind]) -> Self {
+        let mut cell = Self {
+            robots: Vec::new(),
+            buses: Vec::new(),
+        };
+        for kind in kinds {
+            let name = kind.name().to_owned();
+            let mp_bus = cell.bus_or_new(BusSpec::fd(DEFAULT_MP_BUS));
+            let drives = cell.default_drives(&name, *kind);
+            cell.robots.push(RobotSpec {
+                name,
+                kind: *kind,
+                servo: ServoLaw::DrivePosition,
+                velocity_factor: DEFAULT_VELOCITY_FACTOR,
+                t_world_base: t_world_base(*kind),
+                mp_bus,
+                drives,
+            });
+        }
+        cell
+    }
+
+    /// Reads a cell file: the tables `[[robot]]` and `[[bus]]`.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not a cell.
+    pub fn load(path: &Path) -> Result<Self, LoadError> {
+        Document::load(path, read)
+    }
+
+    /// Reads a cell from text.
+    ///
+    /// # Errors
+    /// The first mistake, with line and column.
+    pub fn parse(text: &str) -> Result<Self, DataError> {
+        read(&Document { path: None, text })
+    }
+
+    /// Index of the robot of a name.
+    #[must_use]
+    pub fn robot(&self, name: &str) -> Option<usize> {
+        self.robots.iter().position(|robot| robot.name == name)
+    }
+
+    fn bus_or_new(&mut self, spec: BusSpec) -> usize {
+        if let Some(index) = self.buses.iter().position(|bus| bus.name == spec.name) {
+            return index;
+        }
+        self.buses.push(spec);
+        self.buses.len() - 1
+    }
+
+    fn default_drives(&mut self, robot: &str, kind: RobotKind) -> Vec<DriveGroup> {
+        (1..)
+            .zip(drive_groups(kind))
+            .map(|(number, axes)| DriveGroup {
+                bus: self.bus_or_new(BusSpec::classic(format!("{robot}-drives-{number}"))),
+                axes: axes.to_vec(),
+            })
+            .collect()
+    }
+}
+
+const KEYS: [&str; 2] = ["robot", "bus"];
+
+fn read(document: &Document<'_>) -> Result<Cell, DataError> {
+    let table = document.parse()?;
+    let fields = Fields::new(document, 0..0, table.get_ref(), "a cell", &KEYS)?;
+    from_fields(&fields)
+}
+
+/// Reads `cell = { … }` of a task.
+pub(super) fn from_value(value: &Value<'_, '_>) -> Result<Cell, DataError> {
+    from_fields(&value.fields("a cell", &KEYS)?)
+}
+
+fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
+    let mut cell = Cell {
+        robots: Vec::new(),
+        buses: Vec::new(),
+    };
+    if let Some(buses) = fields.optional("bus") {
+        for value in buses.list()? {
+            let bus = bus(&value)?;
+            if cell.buses.iter().any(|other| other.name == bus.name) {
+                return Err(value.error(
+                    Problem::Conflict,
+                    "two buses of one name",
+                    "unique names",
+                    format!("{} again", shown(&bus.name)),
+                ));
+            }
+            cell.buses.push(bus);
+        }
+    }
+    let robots = fields.required("robot")?;
+    for value in robots.list()? {
+        let robot = robot(&mut cell, &value)?;
+        if cell.robot(&robot.name).is_some() {
+            return Err(value.error(
+                Problem::Conflict,
+                "two robots of one name",
+                "unique names",
+                format!("{} again", shown(&robot.name)),
+            ));
+        }
+        cell.robots.push(robot);
+    }
+    if cell.robots.is_empty() {
+        return Err(robots.error(
+            Problem::WrongCount,
+            "a cell without robots",
+            "at least one",
+            "none",
+        ));
+    }
+    Ok(cell)
+}
+
+fn name<'d>(value: &Value<'d, '_>) -> Result<&'d str, DataError> {
+    let name = value.text()?;
+    let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.len() > MAX_NAME || !name.chars().all(good) {
+        return Err(value.error(
+            Problem::OutOfRange,
+            "not a name",
+            format!("at most {MAX_NAME} letters, digits, `-` and `_`"),
+            shown(name),
+        ));
+    }
+    Ok(name)
+}
+
+fn bus(value: &Value<'_, '_>) -> Result<BusSpec, DataError> {
+    let fields = value.fields(
+        "a bus",
+        &["name", "kind", "bit_rate_kbit_s", "data_bit_rate_kbit_s"],
+    )?;
+    let name = name(&fields.required("name")?)?.to_owned();
+    let fd = fields
+        .required("kind")?
+        .choice("kind of bus", &[("classic", false), ("fd", true)])?;
+    let rate = |key, greatest: u64, default: u64| match fields.optional(key) {
+        None => Ok(default),
+        Some(value) => value.integer(&format!("10 to {greatest} kbit/s"), |rate| {
+            (10..=greatest).contains(&rate)
+        }),
+    };
+    let bits = |kbit: u64| u32::try_from(kbit.saturating_mul(1000)).unwrap_or(u32::MAX);
+    let bit_rate = rate("bit_rate_kbit_s", 1000, 1000)?;
+    let kind = if fd {
+        let data = rate("data_bit_rate_kbit_s", 8000, 5000)?;
+        if data < bit_rate {
+            return Err(fields.document.error(
+                &fields.span,
+                Problem::Conflict,
+                "data slower than arbitration",
+                format!("at least {bit_rate} kbit/s"),
+                format!("{data} kbit/s"),
+            ));
+        }
+        BusKind::Fd {
+            data_bit_rate: bits(data),
+        }
+    } else if let Some(rate) = fields.optional("data_bit_rate_kbit_s") {
+        return Err(rate.error(
+            Problem::Conflict,
+            "a data bit rate on classical CAN",
+            "kind = \"fd\"",
+            "kind = \"classic\"",
+        ));
+    } else {
+        BusKind::Classic
+    };
+    Ok(BusSpec {
+        name,
+        kind,
+        bit_rate: bits(bit_rate),
+    })
+}
+
+fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError> {
+    let fields = value.fields(
+        "a robot",
+        &[
+            "kind",
+            "name",
+            "servo",
+            "velocity_factor",
+            "base",
+            "mp_bus",
+            "drives",
+        ],
+    )?;
+    let kinds = RobotKind::ALL.map(|kind| (kind.name(), kind));
+    let kind = fields.required("kind")?.choice("kind of robot", &kinds)?;
+    let name = match fields.optional("name") {
+        Some(value) => name(&value)?.to_owned(),
+        None => kind.name().to_owned(),
+    };
+    let servo = match fields.optional("servo") {
+        Some(value) => value.choice("servo law", &SERVO_LAWS)?,
+        None => ServoLaw::DrivePosition,
+    };
+    let velocity_factor = match fields.optional("velocity_factor") {
+        Some(value) => value.number("greater than 0, at most 1", |v| v > 0.0 && v <= 1.0)?,
+        None => DEFAULT_VELOCITY_FACTOR,
+    };
+    let t_world_base = match fields.optional("base") {
+        Some(value) => {
+            let pose = value.fields("a pose", &["position_m", "rotation_rad"])?;
+            let rotation = match pose.optional("rotation_rad") {
+                Some(value) => value.triple()?,
+                None => [0.0; 3],
+            };
+            Pose::from_rotation_vector(
+                Vector3::from(pose.required("position_m")?.triple()?),
+                Vector3::from(rotation),
+            )
+        }
+        None => t_world_base(kind),
+    };
+    let mp_bus = match fields.optional("mp_bus") {
+        Some(value) => bus_index(cell, &value)?,
+        None => cell.bus_or_new(BusSpec::fd(DEFAULT_MP_BUS)),
+    };
+    let drives = match fields.optional("drives") {
+        Some(value) => drives(cell, &value, kind)?,
+        None => cell.default_drives(&name, kind),
+    };
+    Ok(RobotSpec {
+        name,
+        kind,
+        servo,
+        velocity_factor,
+        t_world_base,
+        mp_bus,
+        drives,
+    })
+}
+
+fn bus_index(cell: &Cell, value: &Value<'_, '_>) -> Result<usize, DataError> {
+    let name = value.text()?;
+    let index = cell.buses.iter().position(|bus| bus.name == name);
+    index.ok_or_else(|| {
+        let names: Vec<&str> = cell.buses.iter().map(|bus| bus.name.as_str()).collect();
+        let expected = if names.is_empty() {
+            "a [[bus]] of that name".to_owned()
+        } else {
+            one_of(&names)
+        };
+        value.error(Problem::UnknownName, "unknown bus", expected, shown(name))
+    })
+}
+
+fn drives(
+    cell: &Cell,
+    value: &Value<'_, '_>,
+    kind: RobotKind,
+) -> Result<Vec<DriveGroup>, DataError> {
+    let mut groups = Vec::new();
+    let mut taken = vec![false; kind.axes()];
+    let range = format!("1 to {}", kind.axes());
+    for group in value.list()? {
+        let fields = group.fields("a group of drives", &["bus", "axes"])?;
+        let bus = bus_index(cell, &fields.required("bus")?)?;
+        let mut axes = Vec::new();
+        for axis in fields.required("axes")?.list()? {
+            let number = axis.integer(&range, |axis| (1..=kind.axes() as u64).contains(&axis))?;
+            let index = usize::try_from(number).unwrap_or(usize::MAX) - 1;
+            match taken.get_mut(index) {
+                Some(taken) if !*taken => *taken = true,
+                _ => {
+                    return Err(axis.error(
+                        Problem::Conflict,
+                        "an axis on two buses",
+                        "every axis once",
+                        format!("axis {number} again"),
+                    ));
+                }
+            }
+            axes.push(index);
+        }
+        groups.push(DriveGroup { bus, axes });
+    }
+    if let Some(index) = taken.iter().position(|taken| !taken) {
+        return Err(value.error(
+            Problem::Missing,
+            "an axis on no bus",
+            format!("axes {range}, every one once"),
+            format!("no axis {}", index + 1),
+        ));
+    }
+    Ok(groups)
+}
