@@ -1,0 +1,204 @@
+//! Motor ↔ joint, from the description alone: positions, and the exact chain rule for velocities and
+//! accelerations.
+//!
+//! Two maps in a row. Joint → gear coordinate is affine ([`Reference`]), so rates follow by the same
+//! sums without the offsets. Gear coordinate → motor travel is [`Gearing`]; for a screw with m = m(x),
+//!
+//! ```text
+//!   ṁ = m'·ẋ          m̈ = m''·ẋ² + m'·ẍ
+//!   ẋ = ṁ / m'        ẍ = (m̈ − m''·ẋ²) / m'
+//! ```
+//!
+//! where m' > 0 everywhere between the dead centres.
+
+use crate::description::{AxisDescription, Gearing, Reference, RobotDescription};
+use crate::error::KinematicError;
+use crate::screw::OutOfTriangle;
+use crate::space::{JointMotion, Joints, MotorMotion, Motors};
+
+/// Refuses infinities and NaN.
+pub(crate) fn finite(values: &[f64]) -> Result<(), KinematicError> {
+    if values.iter().all(|v| v.is_finite()) {
+        Ok(())
+    } else {
+        Err(KinematicError::NotFinite)
+    }
+}
+
+/// The error of a screw triangle, at its axis.
+pub(crate) fn at_axis(
+    axis: usize,
+    description: &AxisDescription,
+) -> impl Fn(OutOfTriangle) -> KinematicError {
+    let name = description.name;
+    move |out| KinematicError::Limit {
+        axis,
+        name,
+        quantity: out.quantity,
+        value: out.value,
+        lower: out.lower,
+        upper: out.upper,
+    }
+}
+
+/// Gear coordinates of joint positions, rad or m.
+pub(crate) fn gear_positions<const N: usize>(
+    robot: &RobotDescription<N>,
+    joints: &[f64; N],
+) -> [f64; N] {
+    let mut x = [0.0; N];
+    let mut previous = 0.0;
+    for ((x, q), axis) in x.iter_mut().zip(joints).zip(&robot.axes) {
+        *x = match axis.reference {
+            Reference::Joint => *q,
+            Reference::ArmPlane { offset } => q + previous + offset,
+        };
+        previous = *x;
+    }
+    x
+}
+
+/// Rates of the gear coordinates from rates of the joints, and likewise of any derivative.
+pub(crate) fn gear_rates<const N: usize>(
+    robot: &RobotDescription<N>,
+    rates: &[f64; N],
+) -> [f64; N] {
+    let mut x = [0.0; N];
+    let mut previous = 0.0;
+    for ((x, q), axis) in x.iter_mut().zip(rates).zip(&robot.axes) {
+        *x = match axis.reference {
+            Reference::Joint => *q,
+            Reference::ArmPlane { .. } => q + previous,
+        };
+        previous = *x;
+    }
+    x
+}
+
+/// Motor angles of joint positions.
+pub(crate) fn motors<const N: usize>(
+    robot: &RobotDescription<N>,
+    joints: &Joints<N>,
+) -> Result<Motors<N>, KinematicError> {
+    finite(&joints.0)?;
+    let x = gear_positions(robot, &joints.0);
+    let mut motors = [0.0; N];
+    let mut previous = 0.0;
+    for (k, ((m, x), axis)) in motors.iter_mut().zip(x).zip(&robot.axes).enumerate() {
+        let travel = match axis.gearing {
+            Gearing::Linear { ratio } => ratio * x,
+            Gearing::OnPrevious { ratio } => previous + ratio * x,
+            Gearing::Screw(screw) => screw.travel(x).map_err(at_axis(k, axis))?.travel,
+        };
+        *m = axis.synchro_motor_position + travel;
+        previous = travel;
+    }
+    finite(&motors)?;
+    Ok(Motors(motors))
+}
+
+/// Joint positions of motor angles.
+pub(crate) fn joints<const N: usize>(
+    robot: &RobotDescription<N>,
+    motors: &Motors<N>,
+) -> Result<Joints<N>, KinematicError> {
+    finite(&motors.0)?;
+    let mut joints = [0.0; N];
+    let (mut previous_travel, mut previous_x) = (0.0, 0.0);
+    for (k, ((q, m), axis)) in joints.iter_mut().zip(motors.0).zip(&robot.axes).enumerate() {
+        let travel = m - axis.synchro_motor_position;
+        let x = match axis.gearing {
+            Gearing::Linear { ratio } => travel / ratio,
+            Gearing::OnPrevious { ratio } => (travel - previous_travel) / ratio,
+            Gearing::Screw(screw) => screw.angle(travel).map_err(at_axis(k, axis))?,
+        };
+        *q = match axis.reference {
+            Reference::Joint => x,
+            Reference::ArmPlane { offset } => x - previous_x - offset,
+        };
+        (previous_travel, previous_x) = (travel, x);
+    }
+    finite(&joints)?;
+    Ok(Joints(joints))
+}
+
+/// Motion of the motors from the motion of the joints.
+pub(crate) fn motor_motion<const N: usize>(
+    robot: &RobotDescription<N>,
+    motion: &JointMotion<N>,
+) -> Result<MotorMotion<N>, KinematicError> {
+    let position = motors(robot, &motion.position)?;
+    let x = gear_positions(robot, &motion.position.0);
+    let dx = gear_rates(robot, &motion.velocity);
+    let ddx = gear_rates(robot, &motion.acceleration);
+    let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
+    let mut previous = (0.0, 0.0);
+    for (k, ((((dm, ddm), axis), x), (dx, ddx))) in velocity
+        .iter_mut()
+        .zip(&mut acceleration)
+        .zip(&robot.axes)
+        .zip(x)
+        .zip(dx.into_iter().zip(ddx))
+        .enumerate()
+    {
+        previous = match axis.gearing {
+            Gearing::Linear { ratio } => (ratio * dx, ratio * ddx),
+            Gearing::OnPrevious { ratio } => (previous.0 + ratio * dx, previous.1 + ratio * ddx),
+            Gearing::Screw(screw) => {
+                let m = screw.travel(x).map_err(at_axis(k, axis))?;
+                (m.first * dx, m.second * dx * dx + m.first * ddx)
+            }
+        };
+        (*dm, *ddm) = previous;
+    }
+    finite(&velocity)?;
+    finite(&acceleration)?;
+    Ok(MotorMotion {
+        position,
+        velocity,
+        acceleration,
+    })
+}
+
+/// Motion of the joints from the motion of the motors.
+pub(crate) fn joint_motion<const N: usize>(
+    robot: &RobotDescription<N>,
+    motion: &MotorMotion<N>,
+) -> Result<JointMotion<N>, KinematicError> {
+    let position = joints(robot, &motion.position)?;
+    let x = gear_positions(robot, &position.0);
+    let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
+    let (mut previous_m, mut previous_x) = ((0.0, 0.0), (0.0, 0.0));
+    for (k, ((((dq, ddq), axis), x), (dm, ddm))) in velocity
+        .iter_mut()
+        .zip(&mut acceleration)
+        .zip(&robot.axes)
+        .zip(x)
+        .zip(motion.velocity.into_iter().zip(motion.acceleration))
+        .enumerate()
+    {
+        let (dx, ddx) = match axis.gearing {
+            Gearing::Linear { ratio } => (dm / ratio, ddm / ratio),
+            Gearing::OnPrevious { ratio } => {
+                ((dm - previous_m.0) / ratio, (ddm - previous_m.1) / ratio)
+            }
+            Gearing::Screw(screw) => {
+                let m = screw.travel(x).map_err(at_axis(k, axis))?;
+                let dx = dm / m.first;
+                (dx, (ddm - m.second * dx * dx) / m.first)
+            }
+        };
+        (*dq, *ddq) = match axis.reference {
+            Reference::Joint => (dx, ddx),
+            Reference::ArmPlane { .. } => (dx - previous_x.0, ddx - previous_x.1),
+        };
+        (previous_m, previous_x) = ((dm, ddm), (dx, ddx));
+    }
+    finite(&velocity)?;
+    finite(&acceleration)?;
+    Ok(JointMotion {
+        position,
+        velocity,
+        acceleration,
+    })
+}

@@ -1,0 +1,318 @@
+//! Inverse kinematics of the six axes from the column on: every branch.
+//!
+//! # Derivation
+//!
+//! *Column.* The wrist links lie in the arm's plane, so the flange's origin does too:
+//! t1 = atan2(y, x), or half a turn further with the arm reaching over its back (r < 0).
+//!
+//! *Wrist.* B = Z(t1)ᵀ·R·Πᵀ = Y(t4)·X(t5)·Y(t6) has the second column
+//! (sin t4·sin t5, cos t5, cos t4·sin t5). Either sign of sin t5 gives one t4; what is left,
+//! X(t5)ᵀ·Y(t4)ᵀ·B = Y(t6), gives t6 whatever t4 was, so an ill-conditioned t4 never spoils the
+//! orientation.
+//!
+//! *Arm.* With the wrist's centre e = r − d5·cos t4, f = −h − d5·sin t4 and the elbow's opening
+//! δ = t3 − t2, the law of cosines gives
+//! cos δ = (e² + f² − a2² − a3²)/(2·a2·a3), t2 = atan2(f, e) − atan2(a3·sin δ, a2 + a3·cos δ).
+//! q3 = δ − π/2 in its range of −25° to 40° needs δ between 65° and 130°: never the mirrored elbow −δ,
+//! which the machine's screws could not take either. A test holds the range to that.
+//!
+//! *Turns.* V reaches ±10 rad, so up to four turns of the same angle are solutions; all others have
+//! less than a full turn.
+//!
+//! # Where a joint is free
+//!
+//! sin t5 = 0 (A along the arm's normal): T and N turn about one line, only a sum of them is given. T
+//! keeps its angle against the horizontal from `near`, as the original did. x = y = 0: any angle of
+//! the column is as good, it keeps that of `near`.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use motion::Pose;
+use nalgebra::Matrix3;
+
+use super::arm::{about_x, about_y, about_z, flange_axes, forward};
+use super::data::{LOWER_ARM_M, UPPER_ARM_M, WRIST_M};
+use crate::description::AxisDescription;
+use crate::error::{KinematicError, Quantity};
+use crate::gearing::finite;
+use crate::robot::MAX_BRANCHES;
+
+/// Below this, m, the flange is on the column's axis.
+const ON_AXIS_M: f64 = 1e-9;
+/// Below this sine of t5 the wrist is singular: keeping T costs less orientation than this.
+const SINGULAR_SINE: f64 = 1e-9;
+/// A solution this little outside its range is put on the bound, rad.
+const LIMIT_SLACK: f64 = 1e-9;
+/// Greatest deviation of `RᵀR` from I that still counts as a rotation written with few digits.
+const ROTATION_SLACK: f64 = 1e-6;
+/// How well a branch must reproduce the pose, m and 1. Above the two slacks, which it has to allow.
+const VERIFY: f64 = 1e-8;
+
+const TURN: f64 = 2.0 * PI;
+
+/// Solutions inside the joint limits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Branches {
+    joints: [[f64; 6]; MAX_BRANCHES],
+    count: usize,
+}
+
+impl Branches {
+    pub(super) fn iter(&self) -> impl Iterator<Item = [f64; 6]> {
+        self.joints.into_iter().take(self.count)
+    }
+
+    fn push(&mut self, joints: [f64; 6]) {
+        if let Some(slot) = self.joints.get_mut(self.count) {
+            *slot = joints;
+            self.count += 1;
+        }
+    }
+}
+
+/// Why no candidate was good, the best reason so far.
+#[derive(Clone, Copy, Debug)]
+struct Misses {
+    limit: Option<(f64, KinematicError)>,
+    free_joint: bool,
+}
+
+impl Misses {
+    fn limit(&mut self, distance2: f64, error: KinematicError) {
+        if self.limit.is_none_or(|(least, _)| distance2 < least) {
+            self.limit = Some((distance2, error));
+        }
+    }
+
+    fn error(self) -> KinematicError {
+        match self.limit {
+            Some((_, error)) => error,
+            None if self.free_joint => KinematicError::Singular,
+            None => KinematicError::Unreachable,
+        }
+    }
+}
+
+/// Wrist angles t4, t5, t6, and whether t4 was free.
+#[derive(Clone, Copy, Debug)]
+struct Wrist {
+    t4: f64,
+    t5: f64,
+    t6: f64,
+    free: bool,
+}
+
+/// Every configuration of `axes` that puts the flange at `pose` (in the frame of the shoulder).
+///
+/// `first_axis` is the index of the column in the robot, for errors.
+pub(super) fn solve(
+    pose: &Pose,
+    near: &[f64; 6],
+    axes: &[AxisDescription; 6],
+    first_axis: usize,
+) -> Result<Branches, KinematicError> {
+    finite(near)?;
+    finite(pose.position.as_slice())?;
+    let pose = Pose {
+        position: pose.position,
+        rotation: orthonormal(&pose.rotation)?,
+    };
+    let [near1, near2, near3, near4, ..] = near;
+    let near_t4 = near4 + near3 + near2 + FRAC_PI_2;
+    let (x, y) = (pose.position.x, pose.position.y);
+    let on_axis = libm::sqrt(x * x + y * y) < ON_AXIS_M;
+    let front = if on_axis { *near1 } else { libm::atan2(y, x) };
+    let sides = [Some(front), (!on_axis).then_some(front + PI)];
+
+    let mut found = Branches {
+        joints: [[0.0; 6]; MAX_BRANCHES],
+        count: 0,
+    };
+    let mut misses = Misses {
+        limit: None,
+        free_joint: false,
+    };
+    for t1 in sides.into_iter().flatten() {
+        let (s1, c1) = (libm::sin(t1), libm::cos(t1));
+        let b = about_z(-s1, c1) * pose.rotation * flange_axes().transpose();
+        for wrist in wrists(&b, near_t4).into_iter().flatten() {
+            let Some((t2, opening)) = elbow(c1 * x + s1 * y, pose.position.z, wrist.t4) else {
+                misses.free_joint |= wrist.free || on_axis;
+                continue;
+            };
+            let q3 = opening - FRAC_PI_2;
+            let q4 = wrist.t4 - (t2 + opening);
+            let candidate = [t1, t2, q3, q4, wrist.t5, wrist.t6];
+            turns(
+                &candidate,
+                &pose,
+                near,
+                axes,
+                first_axis,
+                &mut found,
+                &mut misses,
+            );
+        }
+    }
+    if found.count == 0 {
+        Err(misses.error())
+    } else {
+        Ok(found)
+    }
+}
+
+/// The nearest rotation, or an error when there is none near.
+fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicError> {
+    finite(r.as_slice())?;
+    let off = r.transpose() * r - Matrix3::identity();
+    let deviation = off.iter().fold(
+        0.0,
+        |most: f64, v| if v.abs() > most { v.abs() } else { most },
+    );
+    let near = off.iter().all(|v| v.abs() <= ROTATION_SLACK);
+    if !near {
+        return Err(KinematicError::NotARotation { deviation });
+    }
+    if r.column(0).cross(&r.column(1)).dot(&r.column(2)) < 0.0 {
+        return Err(KinematicError::NotARotation { deviation: 2.0 });
+    }
+    // one Newton step towards the polar factor: what is left of the deviation is its square
+    Ok(r * (Matrix3::identity() - off * 0.5))
+}
+
+/// The one or two decompositions of B = Y(t4)·X(t5)·Y(t6).
+fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
+    let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
+    let complete = |t4: f64, s5: f64, free: bool| {
+        let t5 = libm::atan2(s5, b.m22);
+        let rest =
+            about_x(-libm::sin(t5), libm::cos(t5)) * about_y(-libm::sin(t4), libm::cos(t4)) * b;
+        let t6 = libm::atan2(rest.m13 - rest.m31, rest.m11 + rest.m33);
+        Some(Wrist { t4, t5, t6, free })
+    };
+    if sine < SINGULAR_SINE {
+        let s5 = b.m12 * libm::sin(near_t4) + b.m32 * libm::cos(near_t4);
+        [complete(near_t4, s5, true), None]
+    } else {
+        [
+            complete(libm::atan2(b.m12, b.m32), sine, false),
+            complete(libm::atan2(-b.m12, -b.m32), -sine, false),
+        ]
+    }
+}
+
+/// t2 and the elbow's opening δ ∈ \[0, π\], or nothing where the wrist's centre is out of reach.
+fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
+    let e = r - WRIST_M * libm::cos(t4);
+    let f = -h - WRIST_M * libm::sin(t4);
+    let cos = (e * e + f * f - LOWER_ARM_M * LOWER_ARM_M - UPPER_ARM_M * UPPER_ARM_M)
+        / (2.0 * LOWER_ARM_M * UPPER_ARM_M);
+    if !(-1.0..=1.0).contains(&cos) {
+        return None;
+    }
+    let sin = libm::sqrt((1.0 - cos) * (1.0 + cos));
+    let t2 = libm::atan2(f, e) - libm::atan2(UPPER_ARM_M * sin, LOWER_ARM_M + UPPER_ARM_M * cos);
+    Some((t2, libm::atan2(sin, cos)))
+}
+
+/// `angle` plus the whole number of turns that brings it nearest to `to`.
+fn wrapped(angle: f64, to: f64) -> f64 {
+    angle - TURN * libm::round((angle - to) / TURN)
+}
+
+/// Puts a candidate's angles into their ranges, in every turn of V, and files it.
+fn turns(
+    candidate: &[f64; 6],
+    pose: &Pose,
+    near: &[f64; 6],
+    axes: &[AxisDescription; 6],
+    first_axis: usize,
+    found: &mut Branches,
+    misses: &mut Misses,
+) {
+    let mut joints = *candidate;
+    for (q, axis) in joints.iter_mut().zip(axes) {
+        *q = wrapped(*q, axis.joint_position.centre());
+    }
+    let [q1, q2, q3, q4, v, q6] = joints;
+    let [.., near_v, _] = near;
+    let [.., v_axis, _] = axes;
+    let mut any = false;
+    for turn in [-2.0, -1.0, 0.0, 1.0, 2.0] {
+        let v = v + turn * TURN;
+        if v_axis.joint_position.contains(v) {
+            any = true;
+            file(
+                [q1, q2, q3, q4, v, q6],
+                pose,
+                near,
+                axes,
+                first_axis,
+                found,
+                misses,
+            );
+        }
+    }
+    if !any {
+        let v = wrapped(v, *near_v);
+        file(
+            [q1, q2, q3, q4, v, q6],
+            pose,
+            near,
+            axes,
+            first_axis,
+            found,
+            misses,
+        );
+    }
+}
+
+/// Keeps a candidate inside the limits that reproduces the pose, else notes the reason.
+fn file(
+    mut joints: [f64; 6],
+    pose: &Pose,
+    near: &[f64; 6],
+    axes: &[AxisDescription; 6],
+    first_axis: usize,
+    found: &mut Branches,
+    misses: &mut Misses,
+) {
+    let candidate = joints;
+    for (k, (q, data)) in joints.iter_mut().zip(axes).enumerate() {
+        let range = data.joint_position;
+        let value = *q;
+        if value < range.lower && range.lower - value < LIMIT_SLACK {
+            *q = range.lower;
+        } else if value > range.upper && value - range.upper < LIMIT_SLACK {
+            *q = range.upper;
+        } else if !range.contains(value) {
+            let distance2 = candidate
+                .iter()
+                .zip(near)
+                .map(|(q, n)| (q - n) * (q - n))
+                .sum();
+            misses.limit(
+                distance2,
+                KinematicError::Limit {
+                    axis: first_axis + k,
+                    name: data.name,
+                    quantity: Quantity::Joint,
+                    value,
+                    lower: range.lower,
+                    upper: range.upper,
+                },
+            );
+            return;
+        }
+    }
+    let reached = forward(&joints);
+    let position = reached.position - pose.position;
+    let rotation = reached.rotation - pose.rotation;
+    if position
+        .iter()
+        .chain(rotation.iter())
+        .all(|v| v.abs() <= VERIFY)
+    {
+        found.push(joints);
+    }
+}

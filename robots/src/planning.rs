@@ -1,0 +1,368 @@
+//! Limits for planning in joint space, such that motor limits hold.
+//!
+//! With gear coordinates x and motor travel m, along any motion
+//!
+//! ```text
+//!   ṁ = m'·ẋ      m̈ = m'·ẍ + m''·ẋ²      d³m/dt³ = m'·d³x/dt³ + 3·m''·ẋ·ẍ + m'''·ẋ³
+//! ```
+//!
+//! where only screw triangles have m'' and m'''. The hard acceleration is shared out in three: the
+//! plan's own m'·ẍ (the planning ceiling, a third), the curvature m''·ẋ² ([`CURVATURE_SHARE`]), and
+//! the rest for a stop on the path. Velocity may use [`VELOCITY_SHARE`] of the hard limit. Jerk needs
+//! no such care: the planning jerk is a tenth of the hard limit and the two curvature terms, bounded by
+//! the velocities and accelerations above, stay below a tenth as well (a test holds them to it).
+
+use crate::description::{Gearing, Range, Reference, RobotDescription};
+use crate::error::KinematicError;
+use crate::gearing::{at_axis, finite, gear_positions, gear_rates};
+use crate::screw::ScrewTriangle;
+use crate::space::Joints;
+
+/// ASSUMED: share of the hard velocity limit that a plan may use.
+pub const VELOCITY_SHARE: f64 = 0.95;
+/// ASSUMED: share of the hard acceleration limit left to the curvature of the screw triangles.
+pub const CURVATURE_SHARE: f64 = 1.0 / 3.0;
+
+/// The part of every motor's hard velocity limit that is in force, in (0, 1]: MRROC++'s
+/// `velocity_limit_global_factor`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityFactor(f64);
+
+impl VelocityFactor {
+    /// What MRROC++ uses when nothing is configured: 50 rad/s of 250 rad/s.
+    pub const DEFAULT: Self = Self(0.2);
+    /// The whole of the hard limit.
+    pub const FULL: Self = Self(1.0);
+
+    /// From a number in (0, 1]; nothing for any other.
+    #[must_use]
+    pub fn new(factor: f64) -> Option<Self> {
+        (0.0 < factor && factor <= 1.0).then_some(Self(factor))
+    }
+
+    /// The number.
+    #[must_use]
+    pub const fn value(self) -> f64 {
+        self.0
+    }
+}
+
+impl Default for VelocityFactor {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Limits of one joint for planning.
+///
+/// Each motor's budget is shared out among the joints that turn it, in proportion to what each could
+/// use alone. With C(k, j) ≥ |∂m/∂q| of motor k by joint j over the whole range and B(k) the budget of
+/// motor k,
+///
+/// ```text
+///   alone(j)    = min over k of B(k) / C(k, j)
+///   together(j) = alone(j) · min over k of 1 and B(k) / Σ over i of C(k, i)·alone(i)
+/// ```
+///
+/// so that Σ over j of C(k, j)·together(j) ≤ B(k) whatever the signs. On the IRp-6 lower arm, upper arm,
+/// T and V all turn the motor of V: each of them keeps about a third of what it could do alone, while
+/// track, column and N keep all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisLimits {
+    /// rad/s or m/s.
+    pub velocity: f64,
+    /// rad/s² or m/s².
+    pub acceleration: f64,
+    /// rad/s³ or m/s³.
+    pub jerk: f64,
+}
+
+/// Limits of the parameter s ∈ \[0, 1\] of a straight line in joint space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathLimits {
+    /// |ds/dt|, 1/s.
+    pub velocity: f64,
+    /// |d²s/dt²|, 1/s².
+    pub acceleration: f64,
+    /// |d³s/dt³|, 1/s³.
+    pub jerk: f64,
+}
+
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+fn greatest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// One axis' transmission over its range: greatest |m'| and |m''| by the gear coordinate.
+#[derive(Clone, Copy, Debug)]
+struct Transmission {
+    slope: f64,
+    curvature: f64,
+}
+
+/// The gear coordinates joint and motor limits leave to a screw.
+fn screw_range(screw: &ScrewTriangle, motor: Range, synchro: f64, reach: Range) -> Range {
+    let at = |m: f64| screw.angle(m - synchro);
+    let (low, high) = screw.angles();
+    Range {
+        lower: greatest(at(motor.lower).unwrap_or(low), reach.lower),
+        upper: least(at(motor.upper).unwrap_or(high), reach.upper),
+    }
+}
+
+/// Every axis' transmission over what joint and motor limits leave.
+fn transmissions<const N: usize>(robot: &RobotDescription<N>) -> [Transmission; N] {
+    let mut found = [Transmission {
+        slope: 0.0,
+        curvature: 0.0,
+    }; N];
+    let mut previous = Range {
+        lower: 0.0,
+        upper: 0.0,
+    };
+    for (out, axis) in found.iter_mut().zip(&robot.axes) {
+        let joint = axis.joint_position;
+        let reach = match axis.reference {
+            Reference::Joint => joint,
+            Reference::ArmPlane { offset } => Range {
+                lower: joint.lower + previous.lower + offset,
+                upper: joint.upper + previous.upper + offset,
+            },
+        };
+        previous = reach;
+        *out = match axis.gearing {
+            Gearing::Linear { ratio } | Gearing::OnPrevious { ratio } => Transmission {
+                slope: ratio.abs(),
+                curvature: 0.0,
+            },
+            Gearing::Screw(screw) => {
+                let range = screw_range(
+                    &screw,
+                    axis.motor_position,
+                    axis.synchro_motor_position,
+                    reach,
+                );
+                previous = range;
+                // the whole triangle's bounds, should the range touch a dead centre
+                Transmission {
+                    slope: screw
+                        .slopes(range.lower, range.upper)
+                        .map_or(screw.steepest(), |(_, most)| most),
+                    curvature: screw
+                        .curvature(range.lower, range.upper)
+                        .unwrap_or(screw.most_curved()),
+                }
+            }
+        };
+    }
+    found
+}
+
+/// See [`crate::Robot::motor_slopes`].
+pub(crate) fn motor_slopes<const N: usize>(robot: &RobotDescription<N>) -> [f64; N] {
+    transmissions(robot).map(|t| t.slope)
+}
+
+/// Bounds of |m'·ẋ| and |m''·ẋ²| of every motor for joints no faster than `rates`, all ≥ 0.
+fn motor_bounds<const N: usize>(
+    robot: &RobotDescription<N>,
+    transmissions: &[Transmission; N],
+    rates: &[f64; N],
+) -> ([f64; N], [f64; N]) {
+    let x = gear_rates(robot, rates);
+    let (mut linear, mut curved) = ([0.0; N], [0.0; N]);
+    let mut previous = (0.0, 0.0);
+    for ((((linear, curved), axis), t), x) in linear
+        .iter_mut()
+        .zip(&mut curved)
+        .zip(&robot.axes)
+        .zip(transmissions)
+        .zip(x)
+    {
+        let own = (t.slope * x, t.curvature * x * x);
+        previous = match axis.gearing {
+            Gearing::OnPrevious { .. } => (previous.0 + own.0, previous.1 + own.1),
+            Gearing::Linear { .. } | Gearing::Screw(_) => own,
+        };
+        (*linear, *curved) = previous;
+    }
+    (linear, curved)
+}
+
+/// What each joint may use of the motors' budgets when all use them at once; `own` is the joints'
+/// ceiling and `per_joint[j][k]` is C(k, j). See [`AxisLimits`].
+fn share<const N: usize>(per_joint: &[[f64; N]; N], own: [f64; N], budgets: &[f64; N]) -> [f64; N] {
+    let mut alone = own;
+    let mut total = [0.0; N];
+    for (alone, c) in alone.iter_mut().zip(per_joint) {
+        for (c, budget) in c.iter().zip(budgets).filter(|(c, _)| **c > 0.0) {
+            *alone = least(*alone, budget / c);
+        }
+        for (total, c) in total.iter_mut().zip(c) {
+            *total += c * *alone;
+        }
+    }
+    scaled(
+        per_joint,
+        alone,
+        core::array::from_fn(|k| {
+            let (budget, total) = (budgets.get(k), total.get(k));
+            budget
+                .zip(total)
+                .map_or(1.0, |(budget, total)| budget / total)
+        }),
+    )
+}
+
+/// Every joint's value times the least factor, at most 1, of the motors it turns.
+fn scaled<const N: usize>(
+    per_joint: &[[f64; N]; N],
+    mut values: [f64; N],
+    factors: [f64; N],
+) -> [f64; N] {
+    for (value, c) in values.iter_mut().zip(per_joint) {
+        let turned = c.iter().zip(factors).filter(|(c, _)| **c > 0.0);
+        *value *= turned.fold(1.0, |most, (_, factor)| least(most, factor));
+    }
+    values
+}
+
+/// See [`crate::Robot::joint_limits_for_planning`].
+pub(crate) fn joint_limits<const N: usize>(
+    robot: &RobotDescription<N>,
+    factor: VelocityFactor,
+) -> [AxisLimits; N] {
+    let transmissions = transmissions(robot);
+    let per_joint: [[f64; N]; N] = core::array::from_fn(|j| {
+        let only = core::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
+        motor_bounds(robot, &transmissions, &only).0
+    });
+    let axes = robot.axes;
+    let velocity = share(
+        &per_joint,
+        axes.map(|a| a.joint_velocity),
+        &axes.map(|a| velocity_budget(&a, factor)),
+    );
+    let (_, curved) = motor_bounds(robot, &transmissions, &velocity);
+    let mut slow_down = axes.map(|a| CURVATURE_SHARE * a.hard_limits.acceleration);
+    for (factor, curved) in slow_down.iter_mut().zip(curved) {
+        *factor = if curved > *factor {
+            libm::sqrt(*factor / curved)
+        } else {
+            1.0
+        };
+    }
+    let velocity = scaled(&per_joint, velocity, slow_down);
+    let acceleration = share(
+        &per_joint,
+        axes.map(|a| a.joint_acceleration),
+        &axes.map(|a| a.planning_limits.acceleration),
+    );
+    let jerk = share(
+        &per_joint,
+        [f64::INFINITY; N],
+        &axes.map(|a| a.planning_limits.jerk),
+    );
+    let mut limits = [AxisLimits {
+        velocity: 0.0,
+        acceleration: 0.0,
+        jerk: 0.0,
+    }; N];
+    for (out, ((velocity, acceleration), jerk)) in limits
+        .iter_mut()
+        .zip(velocity.into_iter().zip(acceleration).zip(jerk))
+    {
+        *out = AxisLimits {
+            velocity,
+            acceleration,
+            jerk,
+        };
+    }
+    limits
+}
+
+/// What a plan may ask of a motor, rad/s.
+fn velocity_budget(axis: &crate::AxisDescription, factor: VelocityFactor) -> f64 {
+    least(
+        axis.planning_limits.velocity,
+        VELOCITY_SHARE * factor.value() * axis.hard_limits.velocity,
+    )
+}
+
+/// See [`crate::Robot::limits_along`].
+///
+/// q̇ = d·ṡ with d = to − from, so ẋ = d_x·ṡ with a constant d_x, and m' between its extremes on the
+/// line gives an interval of dm/ds, exact in sign where motors are coupled.
+pub(crate) fn limits_along<const N: usize>(
+    robot: &RobotDescription<N>,
+    from: &Joints<N>,
+    to: &Joints<N>,
+    factor: VelocityFactor,
+) -> Result<Option<PathLimits>, KinematicError> {
+    finite(&from.0)?;
+    finite(&to.0)?;
+    let mut direction = to.0;
+    for (d, from) in direction.iter_mut().zip(from.0) {
+        *d -= from;
+    }
+    finite(&direction)?;
+    if direction.iter().all(|d| *d == 0.0) {
+        return Ok(None);
+    }
+    let (start, end) = (gear_positions(robot, &from.0), gear_positions(robot, &to.0));
+    let along = gear_rates(robot, &direction);
+    let mut limits = PathLimits {
+        velocity: f64::INFINITY,
+        acceleration: f64::INFINITY,
+        jerk: f64::INFINITY,
+    };
+    let mut previous = (0.0, 0.0);
+    for (k, (((axis, dq), dx), (a, b))) in robot
+        .axes
+        .iter()
+        .zip(direction)
+        .zip(along)
+        .zip(start.into_iter().zip(end))
+        .enumerate()
+    {
+        let mut curvature = 0.0;
+        previous = match axis.gearing {
+            Gearing::Linear { ratio } => (ratio * dx, ratio * dx),
+            Gearing::OnPrevious { ratio } => (previous.0 + ratio * dx, previous.1 + ratio * dx),
+            Gearing::Screw(screw) => {
+                let (low, high) = screw.slopes(a, b).map_err(at_axis(k, axis))?;
+                curvature = screw.curvature(a, b).map_err(at_axis(k, axis))? * dx * dx;
+                if dx < 0.0 {
+                    (high * dx, low * dx)
+                } else {
+                    (low * dx, high * dx)
+                }
+            }
+        };
+        let slope = greatest(previous.0.abs(), previous.1.abs());
+        let cap = |limit: &mut f64, budget: f64, by: f64| {
+            if by > 0.0 {
+                *limit = least(*limit, budget / by);
+            }
+        };
+        cap(&mut limits.velocity, velocity_budget(axis, factor), slope);
+        cap(&mut limits.velocity, axis.joint_velocity, dq.abs());
+        let room = CURVATURE_SHARE * axis.hard_limits.acceleration;
+        cap(
+            &mut limits.velocity,
+            libm::sqrt(room),
+            libm::sqrt(curvature),
+        );
+        cap(
+            &mut limits.acceleration,
+            axis.planning_limits.acceleration,
+            slope,
+        );
+        cap(&mut limits.acceleration, axis.joint_acceleration, dq.abs());
+        cap(&mut limits.jerk, axis.planning_limits.jerk, slope);
+    }
+    Ok(Some(limits))
+}
