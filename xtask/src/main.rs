@@ -1,2 +1,76 @@
-//! Under construction.
-fn main() {}
+//! Every command of CI, typed: `cargo xtask <command>`.
+//!
+//! | module | one line |
+//! |---|---|
+//! | [`deps`] | who may import whom, and what the `no_std` crates must declare |
+//! | [`lint`] | format, clippy, rustdoc and the text rules |
+//! | [`text`] | what no file of the repository may contain |
+//! | [`fault_pages`] | every fault code has its page, every page its code |
+//! | [`no_std`] | the crates of the microcontroller, built for one |
+//! | [`ci`] | everything above, the build, the main job and the tests |
+//!
+//! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
+//! line each. Exit code 0: all passed; 1: some failed; 2: wrong usage.
+
+mod ci;
+mod deps;
+mod fault_pages;
+mod lint;
+mod no_std;
+mod report;
+mod shell;
+mod text;
+
+use clap::{Parser, Subcommand};
+use report::Report;
+use std::process::ExitCode;
+
+/// Every command of CI, typed.
+#[derive(Parser)]
+#[command(name = "cargo xtask", version, disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Task,
+}
+
+#[derive(Clone, Copy, Subcommand)]
+enum Task {
+    /// Check who imports whom
+    Deps {
+        /// Print the table as Markdown instead
+        #[arg(long)]
+        print: bool,
+    },
+    /// Check format, clippy, rustdoc and the text rules
+    Lint,
+    /// Check that fault codes and their pages agree
+    Docs,
+    /// Build the microcontroller's crates for a bare-metal target
+    NoStd,
+    /// Run everything CI runs, in its order
+    Ci,
+}
+
+fn main() -> ExitCode {
+    let mut report = Report::default();
+    match Cli::parse().command {
+        Task::Deps { print: true } => print!("{}", deps::markdown()),
+        Task::Deps { print: false } => report.run("deps", deps::check),
+        Task::Lint => lint::run_all(&mut report),
+        Task::Docs => report.run("docs", fault_pages::check),
+        Task::NoStd => report.run("no-std", no_std::check),
+        Task::Ci => ci::run_all(&mut report),
+    }
+    report.finish()
+}
+
+#[cfg(test)]
+mod test {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}
