@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+// schema: begin
+
 /// What the node does about a fault; ordered: a reaction never de-escalates by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Reaction {
@@ -27,6 +29,8 @@ pub enum ErrorClass {
     /// The node or its hardware must be restarted or mended.
     System,
 }
+
+// schema: end
 
 macro_rules! causes {
     ($( $(#[doc = $doc:literal])+ $name:ident = $code:literal, $class:ident, $reaction:ident; )+) => {
@@ -71,6 +75,8 @@ macro_rules! causes {
     (@first $first:literal $(, $rest:literal)*) => { $first.trim_ascii() };
 }
 
+// schema: begin
+
 causes! {
     /// the MP's lease expired: no valid cyclic message in time
     LeaseExpired = 10, Fatal, PathStop;
@@ -78,7 +84,7 @@ causes! {
     Underrun = 11, Fatal, PathStop;
     /// a stop was commanded
     StopCommanded = 12, Fatal, PathStop;
-    /// the error condition f_E of the running program holds
+    /// the error condition of the running program holds
     ErrorCondition = 13, Fatal, PathStop;
     /// an emergency stop was commanded
     EmergencyStop = 14, Fatal, QuickStop;
@@ -244,3 +250,5 @@ pub enum Refusal {
     /// The instruction was ended by a stop or a fault before it was complete.
     Aborted,
 }
+
+// schema: end

@@ -7,6 +7,14 @@
 //! | [`units`] | axis counts, position units |
 //! | [`message`] | every message between MP and node: the interface document |
 //! | [`fault`] | causes, reactions and refusals, as typed codes |
+//! | [`id`] | Cyphal/CAN identifiers and the table of our ports |
+//! | [`transfer`] | a payload as frames, and back |
+//! | [`codec`] | messages as bytes |
+//! | [`e2e`] | end-to-end protection |
+//! | [`cyphal`] | the standard heartbeat and node information |
+//! | [`link`] | an endpoint: typed messages in, frames out, and back |
+//! | [`budget`] | how long a frame occupies the wire |
+//! | [`schema`] | one hash of every type that travels |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -19,8 +27,20 @@
     )
 )]
 
+#[cfg(test)]
+extern crate std;
+
+pub mod budget;
+pub mod canopen;
+pub mod codec;
+pub mod cyphal;
+pub mod e2e;
 pub mod fault;
 pub mod frame;
+pub mod id;
+pub mod link;
 pub mod message;
+pub mod schema;
 pub mod time;
+pub mod transfer;
 pub mod units;

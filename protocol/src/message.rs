@@ -8,6 +8,8 @@ use crate::time::Micros;
 use crate::units::PerAxis;
 use serde::{Deserialize, Serialize};
 
+// schema: begin
+
 /// The node's state machine as seen from outside (payload-free mirror of the EDP's).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum NodeState {
@@ -204,7 +206,7 @@ pub enum Instruction {
     Follow,
     /// Wait until a condition holds.
     Wait {
-        /// The condition f_I.
+        /// The condition `f_I`.
         until: WireCondition,
         /// Give up after this time, ms; 0 = never.
         timeout_ms: u32,
@@ -381,7 +383,7 @@ pub enum Progress {
     Failed(Refusal),
 }
 
-/// The image of an effector: e_j and the state of its node; class A, cyclic.
+/// The image of an effector: `e_j` and the state of its node; class A, cyclic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Feedback {
     /// Servo steps since boot.
@@ -476,3 +478,5 @@ pub struct TimeSync {
     /// When the previous message left, bus time of the master.
     pub previous_sent_at: Micros,
 }
+
+// schema: end

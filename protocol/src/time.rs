@@ -1,5 +1,7 @@
 //! Bus time.
 
+// schema: begin
+
 /// An instant or a span in microseconds of bus time (monotonic; never the wall clock).
 #[derive(
     Clone,
@@ -15,6 +17,8 @@
     serde::Deserialize,
 )]
 pub struct Micros(pub u64);
+
+// schema: end
 
 impl Micros {
     /// From milliseconds.

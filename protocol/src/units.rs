@@ -1,5 +1,7 @@
 //! Shapes and units shared by both wires.
 
+// schema: begin
+
 /// The most axes one node controls: MRROC++'s `MAX_SERVOS`.
 pub const MAX_AXES: usize = 8;
 
@@ -13,3 +15,5 @@ pub type PerAxis<T> = heapless::Vec<T, MAX_AXES>;
 /// The IRp-6's longest axis (N: 3000 rad, 2000 increments a turn) needs 9.6·10⁸ of 2³¹ units, a
 /// 4000-increment axis reaches 3373 rad.
 pub const UNITS_PER_INCREMENT: i64 = 1000;
+
+// schema: end

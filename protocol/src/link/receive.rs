@@ -1,0 +1,215 @@
+//! Frames to typed messages.
+
+use super::{Check, Endpoint, Incoming, Kind, Message, Role};
+use crate::codec::{Payload, decode_padded};
+use crate::cyphal::Heartbeat;
+use crate::e2e::{self, Checker, Outcome};
+use crate::frame::Frame;
+use crate::id::CanId;
+use crate::message::Command;
+use crate::time::Micros;
+use crate::transfer::Transfer;
+
+/// Why a transfer is no message: counted, never fatal.
+enum Dropped {
+    Undecodable,
+    Unsafe,
+}
+
+/// What is needed to judge one transfer, apart from the transfer itself.
+struct Judge<'a, const SESSIONS: usize> {
+    checks: &'a mut heapless::Vec<Check, SESSIONS>,
+    counters: &'a mut e2e::Counters,
+    now: Micros,
+}
+
+impl<const SESSIONS: usize> Judge<'_, SESSIONS> {
+    /// The checker of this sender and kind; the one silent longest makes room.
+    fn checker(&mut self, id: CanId) -> Option<&mut Checker> {
+        let found = self
+            .checks
+            .iter()
+            .position(|check| check.from == id.source && check.port == id.port);
+        let index = match found {
+            Some(index) => index,
+            None => self.slot(id)?,
+        };
+        let check = self.checks.get_mut(index)?;
+        check.last = self.now;
+        Some(&mut check.checker)
+    }
+
+    /// A fresh checker for this sender and kind.
+    fn slot(&mut self, id: CanId) -> Option<usize> {
+        let fresh = Check {
+            from: id.source,
+            port: id.port,
+            last: self.now,
+            checker: Checker::default(),
+        };
+        if self.checks.push(fresh).is_ok() {
+            return self.checks.len().checked_sub(1);
+        }
+        let (oldest, place) = self
+            .checks
+            .iter_mut()
+            .enumerate()
+            .min_by_key(|(_, check)| check.last)?;
+        *place = fresh;
+        Some(oldest)
+    }
+
+    fn protected<M: Payload>(
+        &mut self,
+        transfer: &Transfer<'_>,
+        epoch: u32,
+    ) -> Result<(M, u8), Dropped> {
+        let id = transfer.id;
+        let data_id = e2e::data_id(id, epoch);
+        if e2e::verify(data_id, transfer.payload).is_none() {
+            return Err(self.refuse(Outcome::WrongCrc));
+        }
+        let now = self.now;
+        let outcome = match self.checker(id) {
+            Some(checker) => checker.check(data_id, transfer.payload, now),
+            None => Outcome::Ok, // no sessions at all: nothing to compare with
+        };
+        if !outcome.is_valid() {
+            return Err(self.refuse(outcome));
+        }
+        self.counters.record(outcome);
+        let message = transfer.payload.get(e2e::HEADER..).unwrap_or(&[]);
+        Ok((plain(message)?, outcome.lost()))
+    }
+
+    /// A command counts only under the epoch of the lease; an observer believes the one it states.
+    fn command(
+        &mut self,
+        transfer: &Transfer<'_>,
+        lease: Option<u32>,
+    ) -> Result<(Command, u8), Dropped> {
+        let stated = transfer
+            .payload
+            .get(e2e::HEADER..)
+            .and_then(|message| decode_padded::<Command>(message).ok())
+            .map(|command| command.epoch);
+        match (lease, stated) {
+            (Some(lease), Some(stated)) if lease != stated => {
+                // Whole, but of another lease? Then it is stale, not damaged.
+                let data_id = e2e::data_id(transfer.id, stated);
+                let whole = e2e::verify(data_id, transfer.payload).is_some();
+                Err(self.refuse(if whole {
+                    Outcome::Stale
+                } else {
+                    Outcome::WrongCrc
+                }))
+            }
+            (lease, stated) => self.protected(transfer, lease.or(stated).unwrap_or(0)),
+        }
+    }
+
+    /// Requests and replies: the counter is the transfer-id, and no sequence is kept.
+    fn service<M: Payload>(&mut self, transfer: &Transfer<'_>) -> Result<M, Dropped> {
+        let data_id = e2e::data_id(transfer.id, 0);
+        match e2e::verify(data_id, transfer.payload) {
+            Some((counter, message)) if counter == transfer.transfer_id.get() => {
+                self.counters.record(Outcome::Ok);
+                plain(message)
+            }
+            Some(_) => Err(self.refuse(Outcome::Stale)),
+            None => Err(self.refuse(Outcome::WrongCrc)),
+        }
+    }
+
+    fn refuse(&mut self, outcome: Outcome) -> Dropped {
+        self.counters.record(outcome);
+        Dropped::Unsafe
+    }
+}
+
+fn plain<M: Payload>(payload: &[u8]) -> Result<M, Dropped> {
+    decode_padded(payload).map_err(|_| Dropped::Undecodable)
+}
+
+impl<const SESSIONS: usize> Endpoint<SESSIONS> {
+    /// Takes one frame received at `now`; returns the message it completes, if it is valid and
+    /// concerns this endpoint. Whatever else arrives is dropped and counted in
+    /// [`Endpoint::statistics`].
+    pub fn receive(&mut self, frame: &Frame, now: Micros) -> Option<Incoming> {
+        let id = CanId::parse(frame.id())?;
+        let (kind, to) = Kind::of(id.port)?;
+        if id.source == self.node && self.role != Role::Observer {
+            self.statistics.own_id = self.statistics.own_id.saturating_add(1);
+            return None;
+        }
+        let for_me = self.role == Role::Observer || to.is_none_or(|to| to == self.node);
+        if !for_me || !kind.concerns(self.role) {
+            return None;
+        }
+        let transfer = self.receiver.accept(id, frame.data(), now)?;
+        let lease = (self.role != Role::Observer).then_some(self.lease_epoch);
+        let judge = Judge {
+            checks: &mut self.checks,
+            counters: &mut self.statistics.e2e,
+            now,
+        };
+        match read(kind, &transfer, lease, judge) {
+            Ok((message, lost)) => Some(Incoming {
+                from: id.source,
+                received_at: transfer.received_at,
+                lost,
+                message,
+            }),
+            Err(Dropped::Undecodable) => {
+                self.statistics.undecodable = self.statistics.undecodable.saturating_add(1);
+                None
+            }
+            Err(Dropped::Unsafe) => None,
+        }
+    }
+}
+
+fn read<const SESSIONS: usize>(
+    kind: Kind,
+    transfer: &Transfer<'_>,
+    lease: Option<u32>,
+    mut judge: Judge<'_, SESSIONS>,
+) -> Result<(Message, u8), Dropped> {
+    let transfer_id = transfer.transfer_id;
+    Ok(match kind {
+        Kind::Command => {
+            let (command, lost) = judge.command(transfer, lease)?;
+            (Message::Command(command), lost)
+        }
+        Kind::Feedback => {
+            let (feedback, lost) = judge.protected(transfer, 0)?;
+            (Message::Feedback(feedback), lost)
+        }
+        Kind::StopAll => {
+            let (stop, lost) = judge.protected(transfer, 0)?;
+            (Message::StopAll(stop), lost)
+        }
+        Kind::TimeSync => {
+            let (sync, lost) = judge.protected(transfer, 0)?;
+            (Message::TimeSync(sync), lost)
+        }
+        Kind::DemandTrace => (Message::DemandTrace(plain(transfer.payload)?), 0),
+        Kind::Event => (Message::Event(plain(transfer.payload)?), 0),
+        Kind::Heartbeat => (Message::Heartbeat(Heartbeat::parse(transfer.payload)), 0),
+        Kind::Request => {
+            let request = judge.service(transfer)?;
+            (
+                Message::Request {
+                    transfer_id,
+                    request,
+                },
+                0,
+            )
+        }
+        Kind::Reply => {
+            let reply = judge.service(transfer)?;
+            (Message::Reply { transfer_id, reply }, 0)
+        }
+        Kind::GetInfo => (Message::GetInfo { transfer_id }, 0),
+    })
+}
