@@ -60,6 +60,24 @@ impl Frame {
         }
     }
 
+    /// A classical frame of the first `len` of 8 bytes; `len` above 8 counts as 8.
+    ///
+    /// Unlike [`Self::classic`] it cannot fail: for protocols whose frames are short by construction.
+    #[must_use]
+    pub fn short(id: Id, bytes: [u8; 8], len: u8) -> Self {
+        let mut data = [0; MAX_DATA];
+        for (to, from) in data.iter_mut().zip(bytes) {
+            *to = from;
+        }
+        let len = if len > 8 { 8 } else { len };
+        Self {
+            id,
+            fd: false,
+            len,
+            data,
+        }
+    }
+
     fn build(id: Id, fd: bool, payload: &[u8]) -> Option<Self> {
         let mut data = [0; MAX_DATA];
         data.get_mut(..payload.len())?.copy_from_slice(payload);

@@ -14,6 +14,7 @@
 //! | [`cyphal`] | the standard heartbeat and node information |
 //! | [`link`] | an endpoint: typed messages in, frames out, and back |
 //! | [`budget`] | how long a frame occupies the wire |
+//! | [`canopen`] | CiA 301 and CiA 402, for the node and for the drive |
 //! | [`schema`] | one hash of every type that travels |
 #![no_std]
 #![forbid(unsafe_code)]

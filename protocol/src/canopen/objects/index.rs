@@ -1,0 +1,128 @@
+//! Indices of the objects, by name.
+
+/// Error register.
+pub const ERROR_REGISTER: u16 = 0x1001;
+/// Error history.
+pub const ERROR_HISTORY: u16 = 0x1003;
+/// Identifier of SYNC.
+pub const SYNC_COB: u16 = 0x1005;
+/// Communication cycle period, µs.
+pub const CYCLE_PERIOD: u16 = 0x1006;
+/// Identifier of EMCY.
+pub const EMERGENCY_COB: u16 = 0x1014;
+/// Heartbeat consumed: node and window in ms.
+pub const CONSUMER_HEARTBEAT: u16 = 0x1016;
+/// Heartbeat produced: period in ms.
+pub const PRODUCER_HEARTBEAT: u16 = 0x1017;
+/// Identity: vendor, product, revision, serial number.
+pub const IDENTITY: u16 = 0x1018;
+/// Overflow of the SYNC counter.
+pub const SYNC_OVERFLOW: u16 = 0x1019;
+/// Error behaviour: the NMT state after a communication error.
+pub const ERROR_BEHAVIOUR: u16 = 0x1029;
+/// Communication parameters of the first RPDO.
+pub const RPDO_COMMUNICATION: u16 = 0x1400;
+/// Mapping of the first RPDO.
+pub const RPDO_MAPPING: u16 = 0x1600;
+/// Communication parameters of the first TPDO.
+pub const TPDO_COMMUNICATION: u16 = 0x1800;
+/// Mapping of the first TPDO.
+pub const TPDO_MAPPING: u16 = 0x1A00;
+/// Abort-connection option code.
+pub const ABORT_CONNECTION: u16 = 0x6007;
+/// Error code.
+pub const ERROR_CODE: u16 = 0x603F;
+/// Controlword.
+pub const CONTROLWORD: u16 = 0x6040;
+/// Statusword.
+pub const STATUSWORD: u16 = 0x6041;
+/// Quick-stop option code.
+pub const QUICK_STOP_OPTION: u16 = 0x605A;
+/// Shutdown option code.
+pub const SHUTDOWN_OPTION: u16 = 0x605B;
+/// Disable-operation option code.
+pub const DISABLE_OPTION: u16 = 0x605C;
+/// Halt option code.
+pub const HALT_OPTION: u16 = 0x605D;
+/// Fault-reaction option code.
+pub const FAULT_OPTION: u16 = 0x605E;
+/// Mode of operation.
+pub const MODE: u16 = 0x6060;
+/// Mode of operation display.
+pub const MODE_DISPLAY: u16 = 0x6061;
+/// Position demand value, units.
+pub const POSITION_DEMAND: u16 = 0x6062;
+/// Position actual value, units.
+pub const POSITION_ACTUAL: u16 = 0x6064;
+/// Following-error window, units.
+pub const FOLLOWING_WINDOW: u16 = 0x6065;
+/// Following-error time-out, ms.
+pub const FOLLOWING_TIMEOUT: u16 = 0x6066;
+/// Velocity actual value, units/s.
+pub const VELOCITY_ACTUAL: u16 = 0x606C;
+/// Target torque, per mille.
+pub const TARGET_TORQUE: u16 = 0x6071;
+/// Maximum torque, per mille.
+pub const MAX_TORQUE: u16 = 0x6072;
+/// Motor rated current, mA.
+pub const RATED_CURRENT: u16 = 0x6075;
+/// Motor rated torque, mN·m.
+pub const RATED_TORQUE: u16 = 0x6076;
+/// Torque actual value, per mille.
+pub const TORQUE_ACTUAL: u16 = 0x6077;
+/// Current actual value, per mille of the rated current.
+pub const CURRENT_ACTUAL: u16 = 0x6078;
+/// DC-link voltage, mV.
+pub const DC_LINK: u16 = 0x6079;
+/// Target position, units.
+pub const TARGET_POSITION: u16 = 0x607A;
+/// Home offset, units.
+pub const HOME_OFFSET: u16 = 0x607C;
+/// Software position limits, units.
+pub const SOFT_LIMITS: u16 = 0x607D;
+/// Maximum motor speed, turns per minute.
+pub const MAX_SPEED: u16 = 0x6080;
+/// Profile deceleration, units/s².
+pub const PROFILE_DECELERATION: u16 = 0x6084;
+/// Quick-stop deceleration, units/s².
+pub const QUICK_STOP_DECELERATION: u16 = 0x6085;
+/// Position encoder resolution: increments per motor turns.
+pub const ENCODER_RESOLUTION: u16 = 0x608F;
+/// Gear ratio: motor turns per shaft turns.
+pub const GEAR_RATIO: u16 = 0x6091;
+/// Feed constant: units per shaft turns.
+pub const FEED_CONSTANT: u16 = 0x6092;
+/// Homing method.
+pub const HOMING_METHOD: u16 = 0x6098;
+/// Homing speeds, units/s: search for the switch, search for the index.
+pub const HOMING_SPEEDS: u16 = 0x6099;
+/// Homing acceleration, units/s².
+pub const HOMING_ACCELERATION: u16 = 0x609A;
+/// Position offset, units.
+pub const POSITION_OFFSET: u16 = 0x60B0;
+/// Velocity offset, units/s.
+pub const VELOCITY_OFFSET: u16 = 0x60B1;
+/// Torque offset, per mille.
+pub const TORQUE_OFFSET: u16 = 0x60B2;
+/// Touch-probe function.
+pub const TOUCH_PROBE: u16 = 0x60B8;
+/// Touch-probe status.
+pub const TOUCH_PROBE_STATUS: u16 = 0x60B9;
+/// Touch probe 1, position at the positive edge, units.
+pub const TOUCH_PROBE_POSITIVE: u16 = 0x60BA;
+/// Touch probe 1, position at the negative edge, units.
+pub const TOUCH_PROBE_NEGATIVE: u16 = 0x60BB;
+/// Interpolation time period: value and power of ten of a second.
+pub const INTERPOLATION_PERIOD: u16 = 0x60C2;
+/// Supported homing methods.
+pub const HOMING_METHODS: u16 = 0x60E3;
+/// Following error, units.
+pub const FOLLOWING_ERROR: u16 = 0x60F4;
+/// Position demand, increments.
+pub const POSITION_DEMAND_INCREMENTS: u16 = 0x60FC;
+/// Digital inputs.
+pub const DIGITAL_INPUTS: u16 = 0x60FD;
+/// Target velocity, units/s.
+pub const TARGET_VELOCITY: u16 = 0x60FF;
+/// Supported drive modes.
+pub const SUPPORTED_MODES: u16 = 0x6502;
