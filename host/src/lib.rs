@@ -4,5 +4,6 @@
 pub mod error;
 pub mod input;
 pub mod instruct;
+pub mod summary;
 pub mod task;
 pub mod trj;

@@ -98,6 +98,7 @@ fn old_nodes_of_five_lines_are_recognised() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn every_mistake_is_one_line_with_a_place() {
     let xyz = "XYZ_ANGLE_AXIS\n1\n1 1 1 1 1 1\n1 1 1 1 1 1\n0 0 0 0 0\n";
     let long = format!("JOINT\n1\n{}\n", " ".repeat(4097));
