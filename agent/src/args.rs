@@ -39,7 +39,7 @@ pub enum T {}
 /// `C` is [`C0`] or `()`, `O` is [`E`] or `()`, `R` is [`V`] or `()`, `M` is [`T`] or `()`.
 /// Never constructed: it exists as a type only.
 #[derive(Debug)]
-pub struct F<C, O, R, M = ()>(PhantomData<fn() -> (C, O, R, M)>);
+pub struct F<C, O, R, M = ()>(PhantomData<(C, O, R, M)>);
 
 /// The argument list of `f**() = const`, the fifth class of the MP's generators.
 ///

@@ -15,6 +15,9 @@ use crate::subsystem::{Subsystem, X};
 /// demanded effector state is `e^{i+1} = f*(c^i, e^i, v^i)`; `f_τ` is `f_T` of [Z1] (5) and has
 /// the same arguments by construction ([Z1] §VII).
 ///
+/// What has to outlive one Move, such as a map that grows from motion to motion, is a variable of
+/// the program: it lends a `&Cell<…>` to the generators and conditions that share it.
+///
 /// Anything that dereferences to a generator is one: `&'static G`, `Box<G>`, `Rc<G>`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a motion generator of the subsystem `{S}`",
