@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use std::process::Stdio;
 
-/// The main job: two arms carry one part in the simulated cell.
+/// The main job: two arms in one simulated cell.
 const MAIN_JOB: &[&str] = &[
     "run",
     "--release",
