@@ -13,10 +13,16 @@
     )
 )]
 
+pub mod interpolator;
+pub mod knot;
 pub mod line;
+mod polynomial;
 pub mod pose;
 pub mod profile;
+mod ramp;
 mod scalar;
 
+pub use interpolator::{Interpolator, Output, Status};
+pub use knot::{AxisEnvelope, Knot, Setpoint};
 pub use line::{Line, Twist};
 pub use pose::Pose;

@@ -119,7 +119,7 @@ mod test {
 
     proptest! {
         #[test]
-        fn log_inverts_exp(x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64, angle in 0.0..3.14159f64) {
+        fn log_inverts_exp(x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64, angle in 0.0..core::f64::consts::PI - 1e-5) {
             let axis = Vector3::new(x, y, z);
             prop_assume!(axis.norm() > 1e-3);
             let w = axis.normalize() * angle;

@@ -94,7 +94,7 @@ pub fn check(phases: &[Phase], distance: f64, limits: &AxisLimits) -> Result<(),
         scale_a = larger(scale_a, larger(phase.a0.abs(), end.a.abs()));
     }
     let scale_p = distance.abs();
-    let apart = |x: f64, y: f64, scale: f64| !((x - y).abs() <= TOLERANCE * scale);
+    let apart = |x: f64, y: f64, scale: f64| exceeds((x - y).abs(), TOLERANCE * scale);
     let (mut p, mut v, mut a) = (0.0, 0.0, 0.0);
     for (number, phase) in phases.iter().enumerate() {
         within_limits(number, phase, limits)?;
@@ -111,6 +111,11 @@ pub fn check(phases: &[Phase], distance: f64, limits: &AxisLimits) -> Result<(),
     Ok(())
 }
 
+/// Whether a value is above a bound, or one of them is not a number.
+fn exceeds(value: f64, bound: f64) -> bool {
+    value > bound || value.is_nan() || bound.is_nan()
+}
+
 fn within_limits(number: usize, phase: &Phase, limits: &AxisLimits) -> Result<(), Violation> {
     let finite = [phase.t, phase.j, phase.a0, phase.v0, phase.p0]
         .iter()
@@ -118,7 +123,7 @@ fn within_limits(number: usize, phase: &Phase, limits: &AxisLimits) -> Result<()
     if !finite || phase.t < 0.0 {
         return Err(Violation::Malformed { phase: number });
     }
-    let above = |value: f64, limit: f64| !(value.abs() <= limit * (1.0 + TOLERANCE));
+    let above = |value: f64, limit: f64| exceeds(value.abs(), limit * (1.0 + TOLERANCE));
     let end = phase.at(phase.t);
     if above(phase.j, limits.j) {
         return Err(Violation::Jerk {

@@ -1,0 +1,247 @@
+//! From knots to set-points at a fixed step: on the path, within limits, and always able to stop.
+//!
+//! The interpolator runs every servo step on the controller node. It follows polynomial segments between
+//! queued [`Knot`]s: quintic (C2) or, for knots without accelerations, cubic (C1).
+//!
+//! **Two kinds of limits.** Knots are held to the *plan* limits: the exact extrema of every segment are
+//! compared when it is pushed, before anything moves. Set-points keep the *hard* limits, whatever happens:
+//! the room between is what stopping on the path needs (see [`AxisEnvelope`]).
+//!
+//! **The path never just ends.** Behind the last knot lies a stop tail: C2 with the path, along its tangent,
+//! to rest, within hard limits and, checked at push, within the position limits. It exists for every end
+//! that the plan limits allow. So at any time a stop is known that needs no further message. An underrun
+//! is nothing but the path going on into its tail.
+//!
+//! **Feed rate.** Path time runs at a rate r in \[0, 1\]. [`feed_hold`](Interpolator::feed_hold),
+//! [`resume`](Interpolator::resume) and [`set_override`](Interpolator::set_override) change it with
+//! limited ṙ and r̈, interruptible at any moment without a jump. With position p(s), ds/dt = r:
+//! velocity p'·r, acceleration p''·r² + p'·ṙ, jerk p'''·r³ + 3·p''·r·ṙ + p'·r̈. The limits of ṙ and r̈ are
+//! constants, such that these stay within the hard limits wherever on the path, or tail, the rate changes.
+//! (Steps of acceleration in cubic segments come on top of the jerk.)
+//!
+//! Times are the caller's integer microseconds; at rate 1, path time is that time less a constant.
+
+mod command;
+mod query;
+mod rate;
+mod report;
+mod segment;
+mod step;
+mod tail;
+
+pub use report::{
+    Accepted, Moving, Output, PushError, QuickStop, StartError, Status, StopCause, StopTail,
+};
+
+use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
+use crate::ramp::Ramp;
+use rate::{PathClock, RateLimits};
+use segment::{End, Excess, Queue, Segment, reach_from};
+use tail::Tail;
+
+/// Fixed-step interpolation of N axes with room for Q segments.
+///
+/// ```
+/// use motion::profile::AxisLimits;
+/// use motion::{AxisEnvelope, Interpolator, Knot, Status};
+/// let hard = AxisLimits { v: 100.0, a: 1000.0, j: 50_000.0 };
+/// let mut edp = Interpolator::<1, 8>::new([AxisEnvelope::new(-10.0, 10.0, hard)], [0.0])?;
+/// edp.start(0)?;
+/// edp.push(
+///     Knot { at_us: 100_000, position: [0.2], velocity: [0.0], acceleration: Some([0.0]) },
+///     0,
+/// )?;
+/// let half_way = edp.step(50_000);
+/// assert!((half_way.setpoint.position[0] - 0.1).abs() < 1e-15);
+/// assert_eq!(edp.step(100_000).setpoint.position[0], 0.2);
+/// assert_eq!(edp.step(102_000).status, Status::Idle);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Interpolator<const N: usize, const Q: usize> {
+    axes: [AxisEnvelope; N],
+    clock: PathClock,
+    hold_s: f64,
+    feed_override: f64,
+    hold: bool,
+    queue: Queue<N, Q>,
+    /// State at the last knot, and the way to rest from there.
+    end: End<N>,
+    tail: Tail<N>,
+    /// Position limits of the present path, which may have begun outside.
+    reach: [(f64, f64); N],
+    mode: Mode<N>,
+    now_us: u64,
+    setpoint: Setpoint<N>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Mode<const N: usize> {
+    Idle,
+    Waiting { starts_at_us: u64 },
+    OnPath,
+    OnTail,
+    OffPath(OffPath<N>),
+    Stopped { cause: StopCause },
+}
+
+/// A quick stop under way: the velocity of each axis goes to zero.
+#[derive(Clone, Copy, Debug)]
+struct OffPath<const N: usize> {
+    since_us: u64,
+    from: [f64; N],
+    velocity: [Ramp; N],
+}
+
+impl<const N: usize, const Q: usize> Interpolator<N, Q> {
+    /// Idle, holding a position. A position outside its limits may be held; motion then only leads back.
+    ///
+    /// # Errors
+    /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
+    pub fn new(axes: [AxisEnvelope; N], hold: [f64; N]) -> Result<Self, EnvelopeError> {
+        for (axis, (envelope, p)) in axes.iter().zip(&hold).enumerate() {
+            envelope.validate(axis)?;
+            if !p.is_finite() {
+                return Err(EnvelopeError::Hold { axis });
+            }
+        }
+        let limits = RateLimits::new(&axes);
+        let end = End::at_rest(0, hold);
+        Ok(Self {
+            clock: PathClock::new(limits),
+            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
+            feed_override: 1.0,
+            hold: false,
+            queue: Queue::new(),
+            tail: Tail::new(&end, &axes),
+            end,
+            reach: reach_from(&axes, &hold),
+            mode: Mode::Idle,
+            now_us: 0,
+            setpoint: Setpoint::at_rest(hold),
+            axes,
+        })
+    }
+
+    /// Begins a path: the held position becomes its first knot, at `at_us`.
+    ///
+    /// # Errors
+    /// [`StartError::NotIdle`] unless idle, [`StartError::Late`] when a later step has been made.
+    pub fn start(&mut self, at_us: u64) -> Result<(), StartError> {
+        if !matches!(self.mode, Mode::Idle) {
+            return Err(StartError::NotIdle);
+        }
+        if at_us < self.now_us {
+            return Err(StartError::Late);
+        }
+        self.begin(at_us);
+        self.clock.start(at_us, self.rate_asked());
+        self.mode = Mode::Waiting {
+            starts_at_us: at_us,
+        };
+        Ok(())
+    }
+
+    /// An empty path at rest at the present position.
+    fn begin(&mut self, at_us: u64) {
+        self.queue.clear();
+        self.end = End::at_rest(at_us, self.setpoint.position);
+        self.tail = Tail::new(&self.end, &self.axes);
+        self.reach = reach_from(&self.axes, &self.setpoint.position);
+    }
+
+    /// Appends a knot, if the segment to it and the stop behind it keep all limits.
+    ///
+    /// Knot times are path time: see [`path_time_us`](Self::path_time_us).
+    ///
+    /// # Errors
+    /// [`PushError`]; a refused knot changes nothing.
+    pub fn push(&mut self, knot: Knot<N>, now_us: u64) -> Result<Accepted<N>, PushError> {
+        self.may_continue()?;
+        if self.queue.is_full() {
+            return Err(PushError::Full);
+        }
+        if let Some(axis) = not_finite(&knot) {
+            return Err(PushError::NotFinite { axis });
+        }
+        if knot.at_us <= self.end.at_us {
+            return Err(PushError::NotMonotone {
+                previous_us: self.end.at_us,
+            });
+        }
+        let path_us = self.path_time_us(now_us);
+        if knot.at_us <= path_us {
+            return Err(PushError::Late { path_us });
+        }
+        let mut segment = Segment::new(&self.end, &knot);
+        let reach = reach_from(&self.axes, &self.end.position);
+        if let Some(excess) = segment.excess(&self.axes, &reach) {
+            let Excess {
+                axis,
+                quantity,
+                value,
+                limit,
+            } = excess;
+            return Err(PushError::Limit {
+                axis,
+                quantity,
+                value,
+                limit,
+            });
+        }
+        let acceleration_step = segment.acceleration_step(&self.end);
+        if knot.acceleration.is_none() {
+            self.bounded(&acceleration_step)?;
+            if knot.velocity.iter().all(|v| v.abs() <= 0.0) {
+                // at rest: the acceleration left by the cubic ends in a step
+                self.bounded(&segment.end.acceleration)?;
+                segment.end.acceleration = [0.0; N];
+            }
+        }
+        let tail = Tail::new(&segment.end, &self.axes);
+        for (axis, ((low, high), (lower, upper))) in
+            tail.reach(&segment.end).zip(&reach).enumerate()
+        {
+            let (value, limit) = if low < *lower {
+                (low, *lower)
+            } else {
+                (high, *upper)
+            };
+            if low < *lower || high > *upper {
+                return Err(PushError::NoRoomToStop { axis, value, limit });
+            }
+        }
+        self.end = segment.end;
+        self.tail = tail;
+        self.queue.push(segment);
+        Ok(Accepted { acceleration_step })
+    }
+
+    fn may_continue(&self) -> Result<(), PushError> {
+        let cause = match self.mode {
+            Mode::Waiting { .. } | Mode::OnPath => return Ok(()),
+            Mode::Idle => return Err(PushError::NotStarted),
+            Mode::OnTail => StopCause::Underrun,
+            Mode::OffPath(_) => StopCause::QuickStop,
+            Mode::Stopped { cause } => cause,
+        };
+        Err(PushError::Stopped { cause })
+    }
+
+    fn bounded(&self, steps: &[f64; N]) -> Result<(), PushError> {
+        for (axis, (step, envelope)) in steps.iter().zip(&self.axes).enumerate() {
+            let (value, limit) = (step.abs(), envelope.acceleration_step);
+            if value > limit {
+                return Err(PushError::AccelerationStep { axis, value, limit });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn not_finite<const N: usize>(knot: &Knot<N>) -> Option<usize> {
+    let finite = |values: &[f64; N]| values.iter().position(|x| !x.is_finite());
+    finite(&knot.position)
+        .or_else(|| finite(&knot.velocity))
+        .or_else(|| knot.acceleration.as_ref().and_then(finite))
+}

@@ -1,0 +1,126 @@
+//! What may be asked of a path under way: another feed rate, a stop, to forget knots.
+
+use super::report::Moving;
+use super::tail::Tail;
+use super::{Interpolator, Mode, OffPath, QuickStop, Status, StopCause};
+use crate::ramp::Ramp;
+use crate::scalar::smaller;
+
+/// Kept below the hard limits in a quick stop, for rounding.
+const ROUNDING_MARGIN: f64 = 1.0 - 1e-12;
+
+impl<const N: usize, const Q: usize> Interpolator<N, Q> {
+    /// Brings the feed rate to 0 on the path, from the last set-point on.
+    pub fn feed_hold(&mut self) {
+        self.hold = true;
+        self.change_rate();
+    }
+
+    /// Ends a feed hold: brings the feed rate back to the override.
+    pub fn resume(&mut self) {
+        self.hold = false;
+        self.change_rate();
+    }
+
+    /// Sets the feed rate in \[0, 1\] that holds whenever there is no feed hold, now and for later paths.
+    /// A value outside is moved to the nearer end, and what is not a number counts as 0.
+    pub fn set_override(&mut self, rate: f64) {
+        self.feed_override = if rate > 0.0 { smaller(rate, 1.0) } else { 0.0 };
+        self.change_rate();
+    }
+
+    pub(super) fn rate_asked(&self) -> f64 {
+        if self.hold { 0.0 } else { self.feed_override }
+    }
+
+    fn change_rate(&mut self) {
+        let rate = self.rate_asked();
+        match self.mode {
+            Mode::Waiting { starts_at_us } => self.clock.start(starts_at_us, rate),
+            Mode::OnPath | Mode::OnTail => self.clock.change_to(rate, self.now_us),
+            Mode::Idle | Mode::OffPath(_) | Mode::Stopped { .. } => {}
+        }
+    }
+
+    /// Stops every axis as fast as its hard limits allow, leaving the path.
+    ///
+    /// Velocity goes to zero in the time-optimal way for limited acceleration and jerk. No other
+    /// continuation lowers a rising velocity faster, and one that keeps the velocity limit exists: the
+    /// path and its tail. So neither does the stop exceed it. Its position is checked here instead.
+    pub fn quick_stop(&mut self) -> QuickStop {
+        let cause = StopCause::QuickStop;
+        match self.mode {
+            Mode::Idle | Mode::Stopped { .. } => return QuickStop::AtRest,
+            Mode::OffPath(_) => return QuickStop::OffPath,
+            Mode::Waiting { .. } => {}
+            Mode::OnPath | Mode::OnTail if self.clock.stands() => {}
+            Mode::OnPath | Mode::OnTail => return self.leave_path(),
+        }
+        let position = self.setpoint.position;
+        self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
+        QuickStop::AtRest
+    }
+
+    fn leave_path(&mut self) -> QuickStop {
+        let mut stop = OffPath {
+            since_us: self.now_us,
+            from: self.setpoint.position,
+            velocity: [Ramp::new(0.0, 0.0, 0.0, 1.0, 1.0); N],
+        };
+        let states = self
+            .setpoint
+            .velocity
+            .iter()
+            .zip(&self.setpoint.acceleration);
+        for ((ramp, axis), (v, a)) in stop.velocity.iter_mut().zip(&self.axes).zip(states) {
+            let hard = axis.hard.scaled(ROUNDING_MARGIN);
+            *ramp = Ramp::new(*v, *a, 0.0, hard.a, hard.j);
+        }
+        let mut each = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
+        let inside = each.all(|((p, ramp), (lower, upper))| {
+            let (back, forth) = ramp.reach_to_zero();
+            p + back >= *lower && p + forth <= *upper
+        });
+        if inside {
+            self.queue.clear();
+            self.mode = Mode::OffPath(stop);
+            QuickStop::OffPath
+        } else {
+            self.feed_hold();
+            QuickStop::OnPath
+        }
+    }
+
+    /// Drops the path and acknowledges a stop: idle at the present position. A feed hold stays.
+    ///
+    /// # Errors
+    /// [`Moving`] when not [at rest](Self::is_at_rest).
+    pub fn flush(&mut self) -> Result<(), Moving> {
+        if !self.is_at_rest() {
+            return Err(Moving);
+        }
+        let position = self.setpoint.position;
+        self.rest(position, Mode::Idle, Status::Idle);
+        self.begin(self.now_us);
+        Ok(())
+    }
+
+    /// Drops the knots later than `at_us` that lie behind the segment under way; the stop tail of the
+    /// knot that is then the last was verified when that knot came. Returns how many were dropped.
+    pub fn clear_after(&mut self, at_us: u64) -> usize {
+        if !matches!(self.mode, Mode::Waiting { .. } | Mode::OnPath) {
+            return 0;
+        }
+        let before = self.queue.len();
+        let mut kept = before.min(1);
+        while self.queue.nth(kept).is_some_and(|s| s.end.at_us <= at_us) {
+            kept += 1;
+        }
+        self.queue.truncate(kept);
+        if let Some(last) = kept.checked_sub(1).and_then(|n| self.queue.nth(n)) {
+            self.end = last.end;
+            self.tail = Tail::new(&self.end, &self.axes);
+        }
+        before - kept
+    }
+}

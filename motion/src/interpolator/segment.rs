@@ -1,0 +1,274 @@
+//! One polynomial piece of the path, and the queue of pieces.
+
+use crate::knot::{AxisEnvelope, Knot, Quantity};
+use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hull, quintic, range};
+use crate::scalar::{US_PER_S, float_us, larger, smaller};
+
+/// Relative excess over a plan limit that counts as rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The state where a piece ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End<const N: usize> {
+    pub(crate) at_us: u64,
+    pub(crate) position: [f64; N],
+    pub(crate) velocity: [f64; N],
+    pub(crate) acceleration: [f64; N],
+}
+
+impl<const N: usize> End<N> {
+    pub(crate) fn at_rest(at_us: u64, position: [f64; N]) -> Self {
+        Self {
+            at_us,
+            position,
+            velocity: [0.0; N],
+            acceleration: [0.0; N],
+        }
+    }
+
+    pub(crate) fn is_at_rest(&self) -> bool {
+        let stands = |x: &f64| x.abs() <= 0.0;
+        self.velocity.iter().all(stands) && self.acceleration.iter().all(stands)
+    }
+
+    pub(crate) fn axes(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let derivatives = self.velocity.iter().zip(&self.acceleration);
+        self.position
+            .iter()
+            .zip(derivatives)
+            .map(|(p, (v, a))| [*p, *v, *a])
+    }
+}
+
+/// A quantity of one axis beyond its limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Excess {
+    pub(crate) axis: usize,
+    pub(crate) quantity: Quantity,
+    pub(crate) value: f64,
+    pub(crate) limit: f64,
+}
+
+/// One polynomial per axis, in u = time in the piece / its duration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment<const N: usize> {
+    start_us: u64,
+    per_us: f64,
+    per_s: f64,
+    coefficients: [Coefficients; N],
+    pub(crate) end: End<N>,
+}
+
+impl<const N: usize> Segment<N> {
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            start_us: 0,
+            per_us: 0.0,
+            per_s: 0.0,
+            coefficients: [[0.0; 6]; N],
+            end: End::at_rest(0, [0.0; N]),
+        }
+    }
+
+    /// The piece from one state to the next knot; the knot is later.
+    pub(crate) fn new(from: &End<N>, knot: &Knot<N>) -> Self {
+        let duration_us = float_us(knot.at_us.saturating_sub(from.at_us));
+        let t = duration_us / US_PER_S;
+        let mut end = End {
+            at_us: knot.at_us,
+            position: knot.position,
+            velocity: knot.velocity,
+            acceleration: knot.acceleration.unwrap_or([0.0; N]),
+        };
+        let mut coefficients = [[0.0; 6]; N];
+        let scaled = |[p, v, a]: [f64; 3]| [p, v * t, a * t * t];
+        for ((c, start), end) in coefficients.iter_mut().zip(from.axes()).zip(end.axes()) {
+            let ([p0, v0, a0], [p1, v1, a1]) = (scaled(start), scaled(end));
+            *c = if knot.acceleration.is_some() {
+                quintic([p0, v0, a0], [p1, v1, a1])
+            } else {
+                cubic([p0, v0], [p1, v1])
+            };
+        }
+        let per_s = 1.0 / t;
+        if knot.acceleration.is_none() {
+            for (a, c) in end.acceleration.iter_mut().zip(&coefficients) {
+                let [_, _, dd] = evaluate(c, 1.0);
+                *a = dd * per_s * per_s;
+            }
+        }
+        Self {
+            start_us: from.at_us,
+            per_us: 1.0 / duration_us,
+            per_s,
+            coefficients,
+            end,
+        }
+    }
+
+    /// Position, and its first and second derivative with respect to path time, of each axis.
+    pub(crate) fn at(&self, since_start_us: f64) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let u = smaller(since_start_us * self.per_us, 1.0);
+        self.coefficients.iter().map(move |c| {
+            let [p, d, dd] = evaluate(c, u);
+            [p, d * self.per_s, dd * self.per_s * self.per_s]
+        })
+    }
+
+    pub(crate) fn start_us(&self) -> u64 {
+        self.start_us
+    }
+
+    /// Steps of acceleration where the piece begins, by magnitude.
+    pub(crate) fn acceleration_step(&self, from: &End<N>) -> [f64; N] {
+        let mut steps = from.acceleration;
+        for (step, [_, _, a]) in steps.iter_mut().zip(self.at(0.0)) {
+            *step = (a - *step).abs();
+        }
+        steps
+    }
+
+    /// The first quantity that leaves the plan limits anywhere in the piece.
+    ///
+    /// `reach` holds the position limits of each axis. Exact: the quick test by the Bernstein hull can
+    /// only accept, and what it does not accept is decided by the extrema.
+    pub(crate) fn excess(
+        &self,
+        axes: &[AxisEnvelope; N],
+        reach: &[(f64, f64); N],
+    ) -> Option<Excess> {
+        let each = self.coefficients.iter().zip(axes).zip(reach);
+        for (axis, ((c, envelope), (lower, upper))) in each.enumerate() {
+            let size = c.iter().fold(0.0, |sum, c| sum + c.abs());
+            let rounding = 1e-14 * size;
+            let d1 = derivative(c);
+            let d2 = derivative(&d1);
+            let d3 = derivative(&d2);
+            let (one, two) = (self.per_s, self.per_s * self.per_s);
+            let symmetric = |limit: f64| (-limit, limit, limit * ROUNDING);
+            let tests = [
+                (Quantity::Position, c, 1.0, (*lower, *upper, rounding)),
+                (Quantity::Velocity, &d1, one, symmetric(envelope.plan.v)),
+                (Quantity::Acceleration, &d2, two, symmetric(envelope.plan.a)),
+                (Quantity::Jerk, &d3, one * two, symmetric(envelope.plan.j)),
+            ];
+            for (quantity, polynomial, scale, (low, high, tolerance)) in tests {
+                if let Some((value, limit)) = outside(polynomial, scale, low, high, tolerance) {
+                    return Some(Excess {
+                        axis,
+                        quantity,
+                        value,
+                        limit,
+                    });
+                }
+            }
+        }
+        None
+    }
+}
+
+/// A value of `scale`·polynomial outside the limits and the limit it leaves; NaN is outside.
+fn outside(
+    c: &Coefficients,
+    scale: f64,
+    low: f64,
+    high: f64,
+    tolerance: f64,
+) -> Option<(f64, f64)> {
+    let inside = |(l, h): (f64, f64)| l * scale >= low - tolerance && h * scale <= high + tolerance;
+    if inside(hull(c)) {
+        return None;
+    }
+    let (l, h) = range(c);
+    if inside((l, h)) {
+        return None;
+    }
+    if h * scale <= high + tolerance {
+        Some((l * scale, low))
+    } else {
+        Some((h * scale, high))
+    }
+}
+
+/// A first-in first-out queue of at most Q pieces.
+#[derive(Clone, Debug)]
+pub(crate) struct Queue<const N: usize, const Q: usize> {
+    pieces: [Segment<N>; Q],
+    first: usize,
+    count: usize,
+}
+
+impl<const N: usize, const Q: usize> Queue<N, Q> {
+    pub(crate) fn new() -> Self {
+        const { assert!(Q > 0, "a queue without room") };
+        Self {
+            pieces: [Segment::nowhere(); Q],
+            first: 0,
+            count: 0,
+        }
+    }
+
+    fn place(&self, nth: usize) -> usize {
+        self.first
+            .wrapping_add(nth)
+            .checked_rem(Q)
+            .unwrap_or_default()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.count >= Q
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Appends; the caller has asked [`is_full`](Self::is_full).
+    pub(crate) fn push(&mut self, piece: Segment<N>) {
+        let place = self.place(self.count);
+        if let (false, Some(slot)) = (self.is_full(), self.pieces.get_mut(place)) {
+            *slot = piece;
+            self.count += 1;
+        }
+    }
+
+    pub(crate) fn front(&self) -> Option<&Segment<N>> {
+        self.nth(0)
+    }
+
+    pub(crate) fn nth(&self, nth: usize) -> Option<&Segment<N>> {
+        (nth < self.count)
+            .then(|| self.pieces.get(self.place(nth)))
+            .flatten()
+    }
+
+    /// Drops pieces that end at or before `us`, except the last piece.
+    pub(crate) fn drop_passed(&mut self, us: u64) {
+        while self.count > 1 && self.front().is_some_and(|piece| piece.end.at_us <= us) {
+            self.first = self.place(1);
+            self.count -= 1;
+        }
+    }
+
+    /// Keeps the first `count` pieces.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.count = self.count.min(count);
+    }
+}
+
+/// The position limits of each axis, widened to hold a position that lies outside already: from
+/// there an axis may return, not go further.
+pub(crate) fn reach_from<const N: usize>(
+    axes: &[AxisEnvelope; N],
+    position: &[f64; N],
+) -> [(f64, f64); N] {
+    let mut reach = [(0.0, 0.0); N];
+    for ((bounds, axis), p) in reach.iter_mut().zip(axes).zip(position) {
+        *bounds = (smaller(axis.lower, *p), larger(axis.upper, *p));
+    }
+    reach
+}
