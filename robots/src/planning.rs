@@ -294,7 +294,7 @@ fn velocity_budget(axis: &crate::AxisDescription, factor: VelocityFactor) -> f64
 
 /// See [`crate::Robot::limits_along`].
 ///
-/// q̇ = d·ṡ with d = to − from, so ẋ = d_x·ṡ with a constant d_x, and m' between its extremes on the
+/// q̇ = d·ṡ with d = to − from, so ẋ is a constant times ṡ, and m' between its extremes on the
 /// line gives an interval of dm/ds, exact in sign where motors are coupled.
 pub(crate) fn limits_along<const N: usize>(
     robot: &RobotDescription<N>,

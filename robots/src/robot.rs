@@ -96,9 +96,9 @@ pub trait Robot<const N: usize> {
     ///
     /// # Errors
     /// [`KinematicError::NotFinite`] and [`KinematicError::NotARotation`] for malformed input;
-    /// [`KinematicError::Unreachable`]; [`KinematicError::Limit`] of the solution nearest to `near`
-    /// when all are outside; [`KinematicError::Singular`] when a joint is free, is kept where it is
-    /// in `near`, and so has no solution.
+    /// [`KinematicError::Singular`] where a joint is free, is kept where it is in `near`, and so
+    /// leaves no solution inside the limits; [`KinematicError::Limit`] of the solution nearest to
+    /// `near` where all are outside; else [`KinematicError::Unreachable`].
     fn inverse(&self, flange: &Pose, near: &Joints<N>) -> Result<Inverse<N>, KinematicError>;
 
     /// Geometric Jacobian of the flange in the base frame: rows 0–2 linear velocity, m/s, rows 3–5

@@ -22,8 +22,9 @@
 //! # Where a joint is free
 //!
 //! sin t5 = 0 (A along the arm's normal): T and N turn about one line, only a sum of them is given. T
-//! keeps its angle against the horizontal from `near`, as the original did. x = y = 0: any angle of
-//! the column is as good, it keeps that of `near`.
+//! keeps its angle against the horizontal from `near`, as the original did. Where that leaves nothing
+//! inside the limits although the column can face a flange within reach, the answer is *singular*:
+//! another T may do. x = y = 0: any angle of the column is as good, it keeps that of `near`.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -48,6 +49,9 @@ const ROTATION_SLACK: f64 = 1e-6;
 /// How well a branch must reproduce the pose, m and 1. Above the two slacks, which it has to allow.
 const VERIFY: f64 = 1e-8;
 
+/// No flange is further from the shoulder.
+const REACH_M: f64 = LOWER_ARM_M + UPPER_ARM_M + WRIST_M;
+
 const TURN: f64 = 2.0 * PI;
 
 /// Solutions inside the joint limits.
@@ -66,29 +70,6 @@ impl Branches {
         if let Some(slot) = self.joints.get_mut(self.count) {
             *slot = joints;
             self.count += 1;
-        }
-    }
-}
-
-/// Why no candidate was good, the best reason so far.
-#[derive(Clone, Copy, Debug)]
-struct Misses {
-    limit: Option<(f64, KinematicError)>,
-    free_joint: bool,
-}
-
-impl Misses {
-    fn limit(&mut self, distance2: f64, error: KinematicError) {
-        if self.limit.is_none_or(|(least, _)| distance2 < least) {
-            self.limit = Some((distance2, error));
-        }
-    }
-
-    fn error(self) -> KinematicError {
-        match self.limit {
-            Some((_, error)) => error,
-            None if self.free_joint => KinematicError::Singular,
-            None => KinematicError::Unreachable,
         }
     }
 }
@@ -113,51 +94,139 @@ pub(super) fn solve(
 ) -> Result<Branches, KinematicError> {
     finite(near)?;
     finite(pose.position.as_slice())?;
-    let pose = Pose {
-        position: pose.position,
-        rotation: orthonormal(&pose.rotation)?,
-    };
-    let [near1, near2, near3, near4, ..] = near;
-    let near_t4 = near4 + near3 + near2 + FRAC_PI_2;
-    let (x, y) = (pose.position.x, pose.position.y);
-    let on_axis = libm::sqrt(x * x + y * y) < ON_AXIS_M;
-    let front = if on_axis { *near1 } else { libm::atan2(y, x) };
-    let sides = [Some(front), (!on_axis).then_some(front + PI)];
-
-    let mut found = Branches {
-        joints: [[0.0; 6]; MAX_BRANCHES],
-        count: 0,
-    };
-    let mut misses = Misses {
+    let rotation = orthonormal(&pose.rotation)?;
+    let mut search = Search {
+        pose: Pose { rotation, ..*pose },
+        near,
+        axes,
+        first_axis,
+        found: Branches {
+            joints: [[0.0; 6]; MAX_BRANCHES],
+            count: 0,
+        },
         limit: None,
-        free_joint: false,
+        singular: false,
     };
-    for t1 in sides.into_iter().flatten() {
-        let (s1, c1) = (libm::sin(t1), libm::cos(t1));
-        let b = about_z(-s1, c1) * pose.rotation * flange_axes().transpose();
-        for wrist in wrists(&b, near_t4).into_iter().flatten() {
-            let Some((t2, opening)) = elbow(c1 * x + s1 * y, pose.position.z, wrist.t4) else {
-                misses.free_joint |= wrist.free || on_axis;
-                continue;
-            };
-            let q3 = opening - FRAC_PI_2;
-            let q4 = wrist.t4 - (t2 + opening);
-            let candidate = [t1, t2, q3, q4, wrist.t5, wrist.t6];
-            turns(
-                &candidate,
-                &pose,
-                near,
-                axes,
-                first_axis,
-                &mut found,
-                &mut misses,
-            );
+    search.sides();
+    search.result()
+}
+
+/// A search for branches: what is asked, what was found, and the best reason if nothing is.
+#[derive(Clone, Copy, Debug)]
+struct Search<'a> {
+    pose: Pose,
+    near: &'a [f64; 6],
+    axes: &'a [AxisDescription; 6],
+    first_axis: usize,
+    found: Branches,
+    /// The limit that stopped the candidate nearest to `near`, with its squared distance.
+    limit: Option<(f64, KinematicError)>,
+    singular: bool,
+}
+
+impl Search<'_> {
+    fn result(self) -> Result<Branches, KinematicError> {
+        match self.limit {
+            _ if self.found.count > 0 => Ok(self.found),
+            _ if self.singular => Err(KinematicError::Singular),
+            Some((_, error)) => Err(error),
+            None => Err(KinematicError::Unreachable),
         }
     }
-    if found.count == 0 {
-        Err(misses.error())
-    } else {
-        Ok(found)
+
+    /// The column facing the flange, and facing away from it.
+    fn sides(&mut self) {
+        let [near1, near2, near3, near4, ..] = self.near;
+        let [column, ..] = self.axes;
+        let near_t4 = near4 + near3 + near2 + FRAC_PI_2;
+        let p = self.pose.position;
+        let on_axis = libm::sqrt(p.x * p.x + p.y * p.y) < ON_AXIS_M;
+        let facing = if on_axis {
+            *near1
+        } else {
+            libm::atan2(p.y, p.x)
+        };
+        let range = column.joint_position;
+        let in_reach = p.dot(&p) <= REACH_M * REACH_M;
+        let could_face = in_reach && range.contains(wrapped(facing, range.centre()));
+        for t1 in [Some(facing), (!on_axis).then_some(facing + PI)]
+            .into_iter()
+            .flatten()
+        {
+            let (s1, c1) = (libm::sin(t1), libm::cos(t1));
+            let b = about_z(-s1, c1) * self.pose.rotation * flange_axes().transpose();
+            for wrist in wrists(&b, near_t4).into_iter().flatten() {
+                self.singular |= wrist.free && could_face;
+                if let Some((t2, opening)) = elbow(c1 * p.x + s1 * p.y, p.z, wrist.t4) {
+                    let q3 = opening - FRAC_PI_2;
+                    let q4 = wrist.t4 - (t2 + opening);
+                    self.turns([t1, t2, q3, q4, wrist.t5, wrist.t6]);
+                }
+            }
+        }
+    }
+
+    /// Puts a candidate's angles into their ranges, in every turn of V, and files it.
+    fn turns(&mut self, mut joints: [f64; 6]) {
+        for (q, axis) in joints.iter_mut().zip(self.axes) {
+            *q = wrapped(*q, axis.joint_position.centre());
+        }
+        let [q1, q2, q3, q4, v, q6] = joints;
+        let [.., near_v, _] = self.near;
+        let [.., v_axis, _] = self.axes;
+        let reach = v_axis.joint_position;
+        let inside = [-2.0, -1.0, 0.0, 1.0, 2.0]
+            .map(|turn| v + turn * TURN)
+            .map(|v| {
+                (reach.lower - LIMIT_SLACK <= v && v <= reach.upper + LIMIT_SLACK).then_some(v)
+            });
+        if inside.iter().all(Option::is_none) {
+            self.file([q1, q2, q3, q4, wrapped(v, *near_v), q6]);
+        }
+        for v in inside.into_iter().flatten() {
+            self.file([q1, q2, q3, q4, v, q6]);
+        }
+    }
+
+    /// Keeps a candidate inside the limits that reproduces the pose, else notes the reason.
+    fn file(&mut self, candidate: [f64; 6]) {
+        let mut joints = candidate;
+        for (k, (q, axis)) in joints.iter_mut().zip(self.axes).enumerate() {
+            let (range, value) = (axis.joint_position, *q);
+            if value < range.lower && range.lower - value <= LIMIT_SLACK {
+                *q = range.lower;
+            } else if value > range.upper && value - range.upper <= LIMIT_SLACK {
+                *q = range.upper;
+            } else if !range.contains(value) {
+                let squares = candidate
+                    .iter()
+                    .zip(self.near)
+                    .map(|(q, n)| (q - n) * (q - n));
+                let distance2 = squares.sum();
+                if self.limit.is_none_or(|(least, _)| distance2 < least) {
+                    let error = KinematicError::Limit {
+                        axis: self.first_axis + k,
+                        name: axis.name,
+                        quantity: Quantity::Joint,
+                        value,
+                        lower: range.lower,
+                        upper: range.upper,
+                    };
+                    self.limit = Some((distance2, error));
+                }
+                return;
+            }
+        }
+        let reached = forward(&joints);
+        let position = reached.position - self.pose.position;
+        let rotation = reached.rotation - self.pose.rotation;
+        if position
+            .iter()
+            .chain(rotation.iter())
+            .all(|v| v.abs() <= VERIFY)
+        {
+            self.found.push(joints);
+        }
     }
 }
 
@@ -218,101 +287,4 @@ fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
 /// `angle` plus the whole number of turns that brings it nearest to `to`.
 fn wrapped(angle: f64, to: f64) -> f64 {
     angle - TURN * libm::round((angle - to) / TURN)
-}
-
-/// Puts a candidate's angles into their ranges, in every turn of V, and files it.
-fn turns(
-    candidate: &[f64; 6],
-    pose: &Pose,
-    near: &[f64; 6],
-    axes: &[AxisDescription; 6],
-    first_axis: usize,
-    found: &mut Branches,
-    misses: &mut Misses,
-) {
-    let mut joints = *candidate;
-    for (q, axis) in joints.iter_mut().zip(axes) {
-        *q = wrapped(*q, axis.joint_position.centre());
-    }
-    let [q1, q2, q3, q4, v, q6] = joints;
-    let [.., near_v, _] = near;
-    let [.., v_axis, _] = axes;
-    let mut any = false;
-    for turn in [-2.0, -1.0, 0.0, 1.0, 2.0] {
-        let v = v + turn * TURN;
-        if v_axis.joint_position.contains(v) {
-            any = true;
-            file(
-                [q1, q2, q3, q4, v, q6],
-                pose,
-                near,
-                axes,
-                first_axis,
-                found,
-                misses,
-            );
-        }
-    }
-    if !any {
-        let v = wrapped(v, *near_v);
-        file(
-            [q1, q2, q3, q4, v, q6],
-            pose,
-            near,
-            axes,
-            first_axis,
-            found,
-            misses,
-        );
-    }
-}
-
-/// Keeps a candidate inside the limits that reproduces the pose, else notes the reason.
-fn file(
-    mut joints: [f64; 6],
-    pose: &Pose,
-    near: &[f64; 6],
-    axes: &[AxisDescription; 6],
-    first_axis: usize,
-    found: &mut Branches,
-    misses: &mut Misses,
-) {
-    let candidate = joints;
-    for (k, (q, data)) in joints.iter_mut().zip(axes).enumerate() {
-        let range = data.joint_position;
-        let value = *q;
-        if value < range.lower && range.lower - value < LIMIT_SLACK {
-            *q = range.lower;
-        } else if value > range.upper && value - range.upper < LIMIT_SLACK {
-            *q = range.upper;
-        } else if !range.contains(value) {
-            let distance2 = candidate
-                .iter()
-                .zip(near)
-                .map(|(q, n)| (q - n) * (q - n))
-                .sum();
-            misses.limit(
-                distance2,
-                KinematicError::Limit {
-                    axis: first_axis + k,
-                    name: data.name,
-                    quantity: Quantity::Joint,
-                    value,
-                    lower: range.lower,
-                    upper: range.upper,
-                },
-            );
-            return;
-        }
-    }
-    let reached = forward(&joints);
-    let position = reached.position - pose.position;
-    let rotation = reached.rotation - pose.rotation;
-    if position
-        .iter()
-        .chain(rotation.iter())
-        .all(|v| v.abs() <= VERIFY)
-    {
-        found.push(joints);
-    }
 }
