@@ -1,7 +1,5 @@
 //! Behaviours: sequences of steps, and how they follow one another.
 
-use core::ops::DerefMut;
-
 use crate::args::On;
 use crate::bundle::Bundle;
 use crate::condition::Pure;
@@ -18,8 +16,7 @@ use crate::subsystem::{Input, Subsystem, X};
 /// - [`step`](Self::step) is called once per instant. It performs no I/O, and allocates nothing.
 /// - Once it returned [`Step::Done`], it returns that until `begin`.
 ///
-/// Works behind `&mut dyn Behaviour<S>` and `Box<dyn Behaviour<S>>` alike: whatever dereferences
-/// to a behaviour is one.
+/// `&mut dyn Behaviour<S>` is a behaviour; with the feature `alloc`, so is `Box<dyn Behaviour<S>>`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a behaviour of the subsystem `{S}`",
     label = "not a behaviour: a generator is run by `Move::new`, a condition by `Wait::new`"
@@ -32,20 +29,22 @@ pub trait Behaviour<S: Subsystem> {
     fn step(&mut self, x: &Input<S>) -> Step<S::Command>;
 }
 
-impl<S, D> Behaviour<S> for D
-where
-    S: Subsystem,
-    D: DerefMut,
-    D::Target: Behaviour<S>,
-{
-    fn begin(&mut self) {
-        (**self).begin();
-    }
+macro_rules! pointer {
+    ($(#[$cfg:meta])? $Pointer:ty) => {
+        $(#[$cfg])?
+        impl<S: Subsystem, B: Behaviour<S> + ?Sized> Behaviour<S> for $Pointer {
+            fn begin(&mut self) {
+                (**self).begin();
+            }
 
-    fn step(&mut self, x: &Input<S>) -> Step<S::Command> {
-        (**self).step(x)
-    }
+            fn step(&mut self, x: &Input<S>) -> Step<S::Command> {
+                (**self).step(x)
+            }
+        }
+    };
 }
+pointer!(&mut B);
+pointer!(#[cfg(feature = "alloc")] alloc::boxed::Box<B>);
 
 /// Holds for ever.
 ///

@@ -2,15 +2,14 @@
 
 use core::fmt;
 use core::marker::PhantomData;
-use core::ops::Deref;
 
 use crate::args::{F, On, Union};
 use crate::subsystem::{Subsystem, X};
 
 /// A Boolean function of the state: `f_I` of [Z1] (4), or a predicate `p` of [Z2] (11), (14).
 ///
-/// Pure: it reads `self` and the view, and decides. Anything that dereferences to a condition is
-/// one. Composed with [`And`], [`Or`], [`Not`]; the class of the whole is the union of the classes.
+/// Pure: it reads `self` and the view, and decides. A reference to a condition is one; with the
+/// feature `alloc`, so is a `Box`. Composed with [`And`], [`Or`], [`Not`]; the class of the whole is the union of the classes.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a condition of the subsystem `{S}`",
     label = "needs `holds`; from a closure, use `agent::condition`"
@@ -23,18 +22,20 @@ pub trait Condition<S: Subsystem> {
     fn holds(&self, x: X<'_, S, Self::Args>) -> bool;
 }
 
-impl<S, D> Condition<S> for D
-where
-    S: Subsystem,
-    D: Deref,
-    D::Target: Condition<S>,
-{
-    type Args = <D::Target as Condition<S>>::Args;
+macro_rules! pointer {
+    ($(#[$cfg:meta])? $Pointer:ty) => {
+        $(#[$cfg])?
+        impl<S: Subsystem, P: Condition<S> + ?Sized> Condition<S> for $Pointer {
+            type Args = P::Args;
 
-    fn holds(&self, x: X<'_, S, Self::Args>) -> bool {
-        (**self).holds(x)
-    }
+            fn holds(&self, x: X<'_, S, P::Args>) -> bool {
+                (**self).holds(x)
+            }
+        }
+    };
 }
+pointer!(&P);
+pointer!(#[cfg(feature = "alloc")] alloc::boxed::Box<P>);
 
 /// Conjunction: both hold. Its list is the union of the lists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,7 +2,6 @@
 
 use core::convert::Infallible;
 use core::fmt;
-use core::ops::Deref;
 
 use crate::condition::Or;
 use crate::subsystem::Subsystem;
@@ -28,20 +27,26 @@ pub trait ErrorCondition<S: Subsystem, C: ?Sized, R: ?Sized> {
     fn check(&self, c: &C, e: &S::Effector, r: &R) -> Result<(), Self::Fault>;
 }
 
-impl<S, C, R, D> ErrorCondition<S, C, R> for D
-where
-    S: Subsystem,
-    C: ?Sized,
-    R: ?Sized,
-    D: Deref,
-    D::Target: ErrorCondition<S, C, R>,
-{
-    type Fault = <D::Target as ErrorCondition<S, C, R>>::Fault;
+macro_rules! pointer {
+    ($(#[$cfg:meta])? $Pointer:ty) => {
+        $(#[$cfg])?
+        impl<S, C, R, Q> ErrorCondition<S, C, R> for $Pointer
+        where
+            S: Subsystem,
+            C: ?Sized,
+            R: ?Sized,
+            Q: ErrorCondition<S, C, R> + ?Sized,
+        {
+            type Fault = Q::Fault;
 
-    fn check(&self, c: &C, e: &S::Effector, r: &R) -> Result<(), Self::Fault> {
-        (**self).check(c, e, r)
-    }
+            fn check(&self, c: &C, e: &S::Effector, r: &R) -> Result<(), Q::Fault> {
+                (**self).check(c, e, r)
+            }
+        }
+    };
 }
+pointer!(&Q);
+pointer!(#[cfg(feature = "alloc")] alloc::boxed::Box<Q>);
 
 impl<S, C, R, P, Q> ErrorCondition<S, C, R> for Or<P, Q>
 where

@@ -2,7 +2,6 @@
 
 use core::fmt;
 use core::marker::PhantomData;
-use core::ops::Deref;
 
 use crate::args::{Const, Coordinator, Generates};
 use crate::subsystem::{Subsystem, X};
@@ -18,7 +17,7 @@ use crate::subsystem::{Subsystem, X};
 /// What has to outlive one Move, such as a map that grows from motion to motion, is a variable of
 /// the program: it lends a `&Cell<…>` to the generators and conditions that share it.
 ///
-/// Anything that dereferences to a generator is one: `&'static G`, `Box<G>`, `Rc<G>`.
+/// A reference to a generator is one, so `&'static G`; with the feature `alloc`, so is `Box<G>`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a motion generator of the subsystem `{S}`",
     label = "needs `first`, `next` and `terminal`: f', f'' and f_τ"
@@ -40,27 +39,29 @@ pub trait Generator<S: Subsystem> {
     fn terminal(&self, c: &Self::Own, x: X<'_, S, Self::Args>) -> bool;
 }
 
-impl<S, D> Generator<S> for D
-where
-    S: Subsystem,
-    D: Deref,
-    D::Target: Generator<S>,
-{
-    type Own = <D::Target as Generator<S>>::Own;
-    type Args = <D::Target as Generator<S>>::Args;
+macro_rules! pointer {
+    ($(#[$cfg:meta])? $Pointer:ty) => {
+        $(#[$cfg])?
+        impl<S: Subsystem, G: Generator<S> + ?Sized> Generator<S> for $Pointer {
+            type Own = G::Own;
+            type Args = G::Args;
 
-    fn first(&self, x: X<'_, S, Self::Args>) -> (Self::Own, S::Command) {
-        (**self).first(x)
-    }
+            fn first(&self, x: X<'_, S, G::Args>) -> (G::Own, S::Command) {
+                (**self).first(x)
+            }
 
-    fn next(&self, c: &mut Self::Own, x: X<'_, S, Self::Args>) -> S::Command {
-        (**self).next(c, x)
-    }
+            fn next(&self, c: &mut G::Own, x: X<'_, S, G::Args>) -> S::Command {
+                (**self).next(c, x)
+            }
 
-    fn terminal(&self, c: &Self::Own, x: X<'_, S, Self::Args>) -> bool {
-        (**self).terminal(c, x)
-    }
+            fn terminal(&self, c: &G::Own, x: X<'_, S, G::Args>) -> bool {
+                (**self).terminal(c, x)
+            }
+        }
+    };
 }
+pointer!(&G);
+pointer!(#[cfg(feature = "alloc")] alloc::boxed::Box<G>);
 
 /// `f**() = const`: tells the ECPs to begin their own programs. MP only ([Z1] §VI).
 ///

@@ -8,6 +8,7 @@
 //!
 //! This crate is not a controller: it does no I/O, has no clock, no allocation, no dependency, and
 //! cannot panic. The same program runs on a workstation, in simulation, and on a microcontroller.
+//! (The feature `alloc` makes a `Box` of a generator, condition or behaviour one itself.)
 //!
 //! The formalism is C. Zieliński's; every symbol below is his.
 //! [Z1] is *A Quasi-Formal Approach to Structuring Multi-Robot System Controllers*;
@@ -181,6 +182,9 @@
     clippy::indexing_slicing,
     clippy::arithmetic_side_effects
 )]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
 
 pub mod args;
 mod behaviour;

@@ -1,9 +1,9 @@
-//! The process: f_E first, three exclusive branches, and the record of total states.
+//! The process: `f_E` first, three exclusive branches, and the record of total states.
 
 use agent::args::{F, V};
 use agent::{
-    Behaviour, Check, Input, Move, NoError, Or, Outcome, Process, Recorder, Step, TotalState, Wait,
-    condition, generator,
+    Behaviour, Check, ErrorCondition, Input, Move, NoError, Or, Outcome, Process, Recorder, Step,
+    TotalState, Wait, condition, generator,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -16,19 +16,16 @@ enum Fault {
     LateMessage,
 }
 
-/// `c`: messages that came late; `r`: the raw force.
-fn overload(_: &u32, _: &f64, r: &f64) -> Result<(), Fault> {
-    if *r > 50.0 {
-        Err(Fault::Overload { force: *r })
-    } else {
-        Ok(())
-    }
-}
-fn late(c: &u32, _: &f64, _: &f64) -> Result<(), Fault> {
-    if *c > 0 {
-        Err(Fault::LateMessage)
-    } else {
-        Ok(())
+/// `c`: the count of messages that came late. `r`: the raw force, N.
+struct Overload;
+impl ErrorCondition<Arm, u32, f64> for Overload {
+    type Fault = Fault;
+    fn check(&self, _: &u32, _: &f64, r: &f64) -> Result<(), Fault> {
+        if *r > 50.0 {
+            Err(Fault::Overload { force: *r })
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -42,7 +39,7 @@ fn push_to(limit: f64) -> impl Behaviour<Arm> {
 
 #[test]
 fn an_error_wins_over_the_terminal_condition_of_the_same_step() {
-    let mut p = Process::new(push_to(60.0), Check(overload));
+    let mut p = Process::new(push_to(60.0), Overload);
     assert_eq!(
         p.step(&arm(7, 0.0), &0, &0.0, &mut ()),
         Outcome::Demand(0.5)
@@ -67,20 +64,20 @@ fn an_error_wins_over_the_terminal_condition_of_the_same_step() {
 
 #[test]
 fn an_error_wins_over_the_first_step_and_over_a_wait() {
-    let mut p = Process::new(Script::new(&[Step::Demand(1.0)]), Check(overload));
+    let mut p = Process::new(Script::new(&[Step::Demand(1.0)]), Overload);
     let error = Outcome::Error {
         at: 0,
         fault: Fault::Overload { force: 99.0 },
     };
     assert_eq!(p.step(&arm(0, 0.0), &0, &99.0, &mut ()), error);
     let now = condition::<Arm, F<(), (), ()>, _>(|_| true);
-    let mut p = Process::new(Wait::new(now), Check(overload));
+    let mut p = Process::new(Wait::new(now), Overload);
     assert_eq!(p.step(&arm(0, 0.0), &0, &99.0, &mut ()), error);
 }
 
 #[test]
 fn without_error_it_ends_and_stays_ended() {
-    let mut p = Process::new(push_to(20.0), Check(overload));
+    let mut p = Process::new(push_to(20.0), Overload);
     assert_eq!(
         p.step(&arm(0, 0.0), &0, &0.0, &mut ()),
         Outcome::Demand(0.5)
@@ -100,7 +97,11 @@ fn without_error_it_ends_and_stays_ended() {
 #[test]
 fn error_situations_are_a_disjunction_in_order() {
     let check = |c: u32, r: f64| {
-        let mut p = Process::new(push_to(60.0), Or(Check(late), Check(overload)));
+        let late = Check(|c: &u32, _: &f64, _: &f64| match c {
+            0 => Ok(()),
+            _ => Err(Fault::LateMessage),
+        });
+        let mut p = Process::new(push_to(60.0), Or(late, Overload));
         p.step(&arm(0, 0.0), &c, &r, &mut ())
     };
     assert_eq!(check(0, 0.0), Outcome::Demand(0.5));
@@ -197,7 +198,7 @@ proptest! {
         limit in 0.0..70.0_f64,
     ) {
         let mut tape = Tape::default();
-        let mut p = Process::new(push_to(limit), Check(overload));
+        let mut p = Process::new(push_to(limit), Overload);
         for (i, &v) in (0..).zip(&forces) {
             let outcome = p.step(&arm(i, v), &0, &v, &mut tape);
             let ended = matches!(outcome, Outcome::Ended { .. } | Outcome::Error { .. });
@@ -218,7 +219,7 @@ proptest! {
             }
             _ => prop_assert_eq!(tape.0.len(), forces.len()),
         }
-        let mut again = Process::new(push_to(limit), Check(overload));
+        let mut again = Process::new(push_to(limit), Overload);
         for (x, outcome) in &tape.0 {
             prop_assert_eq!(&again.step(x, &0, &x.v, &mut ()), outcome);
         }

@@ -13,7 +13,7 @@ fn play(ys: &[f64]) -> Script {
     Script::new(&ys.iter().map(|&y| Step::Demand(y)).collect::<Vec<_>>())
 }
 
-fn over(limit: f64) -> impl agent::Condition<Arm> + Copy {
+fn over(limit: f64) -> impl agent::Condition<Arm, Args = F<(), (), V>> + Copy {
     #[derive(Clone, Copy)]
     struct Over(f64);
     impl agent::Condition<Arm> for Over {
