@@ -1,7 +1,7 @@
 //! Knots: what the interpolator is asked to pass through; and what it may be asked.
 
 use crate::profile::AxisLimits;
-use crate::scalar::smaller;
+use crate::scalar::{US_PER_S, float_us, smaller};
 use core::fmt;
 
 /// A state of N axes at an instant of path time.
@@ -65,6 +65,14 @@ const TAIL_SHARE: f64 = 0.4;
 /// The fading acceleration of a stop tail overshoots velocity by 4/27·a·t, t = 8·a/j.
 const FADE_OVERSHOOT: f64 = 32.0 / 27.0;
 
+/// Norms of the map from a motion's jerk over one segment (of length 1, at most 1 by magnitude) to its
+/// quintic's jerk, and to the errors of acceleration and velocity: integrals over |kernel|, the kernel
+/// being that of the projection on Legendre polynomials of degree ≤ 2, and its integrals. Rounded up.
+const STRAY_JERK: f64 = 2.176;
+const STRAY_ACCELERATION: f64 = 0.208_34;
+const STRAY_VELOCITY: f64 = 0.022_1;
+/// Largest part of velocity and acceleration that the jerk of a plan may cost.
+const MOST_STRAY: f64 = 0.2;
 /// Largest part of a hard limit that a plan limit may take: some of it is needed to stop.
 const MOST_PLAN: f64 = 0.95;
 /// Largest part of the hard velocity that path and stop tail may take: covers rounding at push.
@@ -89,6 +97,27 @@ impl AxisEnvelope {
             hard,
             plan,
             acceleration_step: plan.a,
+        }
+    }
+
+    /// Limits for planning a jerk-limited motion that is then sampled into knots every `knot_us`.
+    ///
+    /// Between samples of a motion with |jerk| ≤ j, h apart, a quintic's jerk is the best quadratic fit
+    /// (in the mean square) to the motion's, so it stays below 2.176·j, and acceleration and velocity
+    /// stray from the motion's by less than 5/24·j·h and 0.0221·j·h². What is left of the plan limits
+    /// after that is returned, with j small enough to cost at most a fifth of velocity and acceleration.
+    /// Knots of such a motion are never refused for velocity, acceleration or jerk.
+    #[must_use]
+    pub fn for_planning(&self, knot_us: u64) -> AxisLimits {
+        let h = float_us(knot_us) / US_PER_S;
+        let (stray_a, stray_v) = (STRAY_ACCELERATION * h, STRAY_VELOCITY * h * h);
+        let mut j = MOST_VELOCITY * self.plan.j / STRAY_JERK;
+        j = smaller(j, MOST_STRAY * self.plan.a / stray_a);
+        j = smaller(j, MOST_STRAY * self.plan.v / stray_v);
+        AxisLimits {
+            v: MOST_VELOCITY * (self.plan.v - stray_v * j),
+            a: MOST_VELOCITY * (self.plan.a - stray_a * j),
+            j,
         }
     }
 

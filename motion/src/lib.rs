@@ -1,6 +1,49 @@
 //! How it moves: poses, interpolation between knots, jerk-limited profiles, paths.
 //!
-//! Pure functions of time; no allocation; libm everywhere, so host and MCU agree bit for bit.
+//! Pure functions of time; no allocation, no panic; libm everywhere, so host and MCU agree bit for bit.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`pose`] | the pose of one frame in another, rotation vectors |
+//! | [`line`] | the straight line between two poses, turning about one axis |
+//! | [`profile`] | jerk-limited motion from rest to rest, alone or synchronised, and its checker |
+//! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
+//! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
+//! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |
+//!
+//! A motion is planned, sampled into knots, and interpolated:
+//!
+//! ```
+//! use motion::profile::PhaseSynchronised;
+//! use motion::{AxisEnvelope, AxisLimits, Interpolator, Knot, Status};
+//! let hard = AxisLimits { v: 2.0, a: 20.0, j: 1000.0 };
+//! let axes = [AxisEnvelope::new(-3.0, 3.0, hard); 2];
+//! let limits = axes.map(|axis| axis.for_planning(20_000));
+//! let plan = PhaseSynchronised::new([0.0, 0.0], [1.0, -0.5], &limits)?;
+//!
+//! let mut edp = Interpolator::<2, 4>::new(axes, [0.0, 0.0])?;
+//! edp.start(0)?;
+//! let mut next_us = 0;
+//! for now_us in (0..).step_by(2_000) {
+//!     while edp.room() > 0 && (next_us as f64) < plan.duration() * 1e6 {
+//!         next_us += 20_000;
+//!         let state = plan.at(next_us as f64 * 1e-6);
+//!         let knot = Knot {
+//!             at_us: next_us,
+//!             position: state.map(|axis| axis.p),
+//!             velocity: state.map(|axis| axis.v),
+//!             acceleration: Some(state.map(|axis| axis.a)),
+//!         };
+//!         edp.push(knot, now_us)?;
+//!     }
+//!     let output = edp.step(now_us);
+//!     if output.status == Status::Idle {
+//!         assert_eq!(output.setpoint.position, [1.0, -0.5]);
+//!         break;
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -16,6 +59,7 @@
 pub mod interpolator;
 pub mod knot;
 pub mod line;
+pub mod path_profile;
 mod polynomial;
 pub mod pose;
 pub mod profile;
@@ -25,4 +69,6 @@ mod scalar;
 pub use interpolator::{Interpolator, Output, Status};
 pub use knot::{AxisEnvelope, Knot, Setpoint};
 pub use line::{Line, Twist};
+pub use path_profile::PathScan;
 pub use pose::Pose;
+pub use profile::AxisLimits;
