@@ -48,7 +48,7 @@ const fn greater(a: usize, b: usize) -> usize {
 const POSE: usize = 6 * F64;
 const KNOT: usize = U64 + TAG + per_axis(F64) + 2 * per_axis(F32);
 /// Cause, axis, step, state.
-const FAULT: usize = TAG + (TAG + BYTE) + U32 + TAG;
+const FAULT: usize = U16 + (TAG + BYTE) + U32 + TAG;
 /// `Limit` is the longest: axis, quantity, value, limit.
 const REFUSAL: usize = TAG + BYTE + TAG + 2 * F64;
 const AXIS_MOVE: usize = per_axis(F64) + BYTE + 2 * per_axis(F32);

@@ -36,6 +36,7 @@ macro_rules! causes {
     ($( $(#[doc = $doc:literal])+ $name:ident = $code:literal, $class:ident, $reaction:ident; )+) => {
         /// Why a node stopped by itself. The discriminant is the code on the wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(into = "u16", try_from = "u16")]
         #[repr(u16)]
         pub enum Cause { $( $(#[doc = $doc])+ $name = $code, )+ }
 
@@ -73,6 +74,31 @@ macro_rules! causes {
         }
     };
     (@first $first:literal $(, $rest:literal)*) => { $first.trim_ascii() };
+}
+
+impl From<Cause> for u16 {
+    fn from(cause: Cause) -> Self {
+        cause.code()
+    }
+}
+
+/// A number that is no [`Cause`]'s code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownCause(pub u16);
+
+impl core::fmt::Display for UnknownCause {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "no cause has the code {}", self.0)
+    }
+}
+impl core::error::Error for UnknownCause {}
+
+impl TryFrom<u16> for Cause {
+    type Error = UnknownCause;
+
+    fn try_from(code: u16) -> Result<Self, UnknownCause> {
+        Self::from_code(code).ok_or(UnknownCause(code))
+    }
 }
 
 // schema: begin

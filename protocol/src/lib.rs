@@ -13,6 +13,8 @@
 //! | [`e2e`] | end-to-end protection |
 //! | [`cyphal`] | the standard heartbeat and node information |
 //! | [`link`] | an endpoint: typed messages in, frames out, and back |
+//! | [`clock`] | two-step time synchronisation |
+//! | [`embedded`] | classical frames for `embedded-can` drivers |
 //! | [`budget`] | how long a frame occupies the wire |
 //! | [`canopen`] | CiA 301 and CiA 402, for the node and for the drive |
 //! | [`schema`] | one hash of every type that travels |
@@ -33,9 +35,11 @@ extern crate std;
 
 pub mod budget;
 pub mod canopen;
+pub mod clock;
 pub mod codec;
 pub mod cyphal;
 pub mod e2e;
+pub mod embedded;
 pub mod fault;
 pub mod frame;
 pub mod id;

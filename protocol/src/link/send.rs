@@ -129,7 +129,7 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
     }
 
     /// Master of time → everyone. The caller notes when the first frame left, for the next one:
-    /// see `clock::Master`.
+    /// see [`crate::clock::Master`].
     ///
     /// # Errors
     /// Never for messages that the types allow.
