@@ -1,0 +1,93 @@
+//! The JSON of `mrroc kin`: cases in, answers out.
+
+use robots::KinematicError;
+use serde::{Deserialize, Serialize};
+
+/// A case of `fk`, `motors` and `jacobian`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct JointsCase {
+    pub(super) joints: Vec<f64>,
+}
+
+/// A case of `joints`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MotorsCase {
+    pub(super) motors: Vec<f64>,
+}
+
+/// A case of `ik`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PoseCase {
+    pub(super) position_m: [f64; 3],
+    /// By rows.
+    pub(super) rotation: [[f64; 3]; 3],
+    pub(super) near: Vec<f64>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub(super) enum Answer {
+    Pose {
+        position_m: [f64; 3],
+        rotation: [[f64; 3]; 3],
+    },
+    Inverse {
+        branches: Vec<Vec<f64>>,
+        nearest: Vec<f64>,
+    },
+    Motors {
+        motors: Vec<f64>,
+    },
+    Joints {
+        joints: Vec<f64>,
+    },
+    Jacobian {
+        jacobian: Vec<Vec<f64>>,
+    },
+    Limit {
+        error: &'static str,
+        quantity: &'static str,
+        axis: usize,
+        name: &'static str,
+        value: f64,
+        lower: f64,
+        upper: f64,
+    },
+    None {
+        error: &'static str,
+        message: String,
+    },
+}
+
+impl From<&KinematicError> for Answer {
+    fn from(error: &KinematicError) -> Self {
+        match *error {
+            KinematicError::Limit {
+                axis,
+                name,
+                quantity,
+                value,
+                lower,
+                upper,
+            } => Self::Limit {
+                error: error.code(),
+                quantity: quantity.name(),
+                axis,
+                name,
+                value,
+                lower,
+                upper,
+            },
+            KinematicError::NotFinite
+            | KinematicError::NotARotation { .. }
+            | KinematicError::Unreachable
+            | KinematicError::Singular => Self::None {
+                error: error.code(),
+                message: error.to_string(),
+            },
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! How `mrroc kin` fails.
+
+use std::fmt;
+use std::io;
+
+use robots::KinematicError;
+
+/// Why `mrroc kin` failed.
+#[derive(Debug)]
+pub(crate) enum KinError {
+    /// Flags are missing or have the wrong number of values.
+    Usage(String),
+    /// There is no such robot; the text lists those there are.
+    UnknownRobot(String),
+    /// Lines of stdin could not be read as cases.
+    Malformed {
+        /// How many.
+        lines: usize,
+        /// The first of them, counted from 1.
+        first: usize,
+        /// What was expected there and what was found.
+        what: String,
+    },
+    /// The one case given by flags has no answer.
+    NoAnswer(KinematicError),
+    /// stdin or stdout failed.
+    Stream(io::Error),
+}
+
+impl KinError {
+    /// The process' exit code, after `sysexits`.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 64,
+            Self::UnknownRobot(_) | Self::Malformed { .. } | Self::NoAnswer(_) => 65,
+            Self::Stream(_) => 74,
+        }
+    }
+}
+
+impl fmt::Display for KinError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(text) | Self::UnknownRobot(text) => f.write_str(text),
+            Self::Malformed {
+                lines: 1,
+                first,
+                what,
+            } => write!(f, "line {first} of stdin: {what}"),
+            Self::Malformed { lines, first, what } => {
+                write!(
+                    f,
+                    "{lines} lines of stdin are malformed, the first is line {first}: {what}"
+                )
+            }
+            Self::NoAnswer(error) => error.fmt(f),
+            Self::Stream(error) => write!(f, "stdin or stdout: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for KinError {}
+
+impl From<io::Error> for KinError {
+    fn from(error: io::Error) -> Self {
+        Self::Stream(error)
+    }
+}
