@@ -63,7 +63,7 @@ pub mod path_profile;
 mod polynomial;
 pub mod pose;
 pub mod profile;
-mod ramp;
+pub mod ramp;
 mod scalar;
 
 pub use interpolator::{Interpolator, Output, Status};

@@ -6,10 +6,13 @@ use crate::scalar::{larger, sign, smaller};
 
 /// The quantity x, its derivative, and its integral since the ramp began.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RampState {
-    pub(crate) integral: f64,
-    pub(crate) x: f64,
-    pub(crate) dx: f64,
+pub struct RampState {
+    /// ∫x dt since the beginning.
+    pub integral: f64,
+    /// x
+    pub x: f64,
+    /// dx/dt
+    pub dx: f64,
 }
 
 /// From (x, dx) to (target, 0): at most three phases with ddx = s, 0, −s.
@@ -17,7 +20,7 @@ pub(crate) struct RampState {
 /// Because every ramp with the same limits can come to dx = 0 no later than at its own target, a
 /// chain of interrupted ramps never leaves the interval spanned by its targets and its start at dx = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ramp {
+pub struct Ramp {
     x0: f64,
     dx0: f64,
     target: f64,
@@ -33,7 +36,8 @@ pub(crate) struct Ramp {
 
 impl Ramp {
     /// The time-optimal ramp with |dx| ≤ `rate`, |ddx| ≤ `bend`, both positive; |`dx0`| ≤ `rate`.
-    pub(crate) fn new(x0: f64, dx0: f64, target: f64, rate: f64, bend: f64) -> Self {
+    #[must_use]
+    pub fn new(x0: f64, dx0: f64, target: f64, rate: f64, bend: f64) -> Self {
         let stopping = x0 + 0.5 * dx0 * dx0.abs() / bend;
         let towards = sign(target - stopping);
         let side = if towards == 0.0 { sign(dx0) } else { towards };
@@ -72,7 +76,8 @@ impl Ramp {
     }
 
     /// How long the change takes, s.
-    pub(crate) fn duration(&self) -> f64 {
+    #[must_use]
+    pub fn duration(&self) -> f64 {
         self.t1 + self.t2 + self.t3
     }
 
@@ -82,7 +87,8 @@ impl Ramp {
     }
 
     /// The state t seconds after the beginning; constant from the end on.
-    pub(crate) fn at(&self, t: f64) -> RampState {
+    #[must_use]
+    pub fn at(&self, t: f64) -> RampState {
         if t < self.t1 {
             return self.first(larger(t, 0.0));
         }

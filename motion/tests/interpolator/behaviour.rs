@@ -242,3 +242,33 @@ fn limits_without_room_to_stop_are_refused() {
     assert!(Interpolator::<1, 2>::new([axis], [0.0]).is_err());
     assert!(Interpolator::<1, 2>::new([envelope(1.0, HARD)], [f64::INFINITY]).is_err());
 }
+
+/// Turning round at a position limit needs less room than stopping there without turning.
+#[test]
+fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
+    let axis = envelope(0.5, HARD);
+    let turn = |a| Knot {
+        acceleration: Some([a]),
+        ..knot(1_000_000, 0.5, 0.0)
+    };
+    let (mut on, mut off) = (0, 0);
+    for stop_at in 300..520u64 {
+        let mut edp = Interpolator::<1, 4>::new([axis], [0.0]).unwrap();
+        let mut observer = Observer::new(&[axis]);
+        edp.start(0).unwrap();
+        edp.push(turn(-0.98 * axis.plan.a), 0).unwrap();
+        edp.push(knot(2_500_000, 0.0, 0.0), 0).unwrap();
+        for i in 0..1500 {
+            if i == stop_at {
+                match edp.quick_stop() {
+                    QuickStop::OnPath => on += 1,
+                    QuickStop::OffPath => off += 1,
+                    QuickStop::AtRest => panic!("moving"),
+                }
+            }
+            observer.see(&edp.step(i * STEP_US));
+        }
+        assert!(edp.is_at_rest());
+    }
+    assert!(on > 0 && off > 0, "{on} {off}");
+}
