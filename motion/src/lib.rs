@@ -5,7 +5,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`pose`] | the pose of one frame in another, rotation vectors |
-//! | [`line`] | the straight line between two poses, turning about one axis |
+//! | [`mod@line`] | the straight line between two poses, turning about one axis |
 //! | [`profile`] | jerk-limited motion from rest to rest, alone or synchronised, and its checker |
 //! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |

@@ -63,7 +63,8 @@ proptest! {
         tries in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 200),
     ) {
         let scan = scan(&paths);
-        let best = rest_time(1.0, &scan.limits(&joints, None, 1.0).unwrap());
+        let found = scan.limits(&joints, None, 1.0).unwrap();
+        let best = rest_time(1.0, &found);
         let mut most = [[0.0f64; 3]; 2];
         for i in 0..=SAMPLES {
             for (most, path) in most.iter_mut().zip(&paths) {
@@ -72,6 +73,11 @@ proptest! {
                     if x.abs() > *m { *m = x.abs(); }
                 }
             }
+        }
+        for (m, l) in most.iter().zip(&joints) {
+            let AxisLimits { v, a, j } = found;
+            prop_assert!(m[0] * v <= l.v && m[1] * v * v + m[0] * a <= l.a);
+            prop_assert!(m[2] * v * v * v + 3.0 * m[1] * v * a + m[0] * j <= l.j);
         }
         let least = |f: &dyn Fn(&[f64; 3], &AxisLimits) -> f64| {
             most.iter().zip(&joints).map(|(m, l)| f(m, l)).fold(f64::INFINITY, |x, y| if y < x { y } else { x })

@@ -16,6 +16,22 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         }
     }
 
+    /// Whether there is no path, and nothing stops one from being started.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        matches!(self.mode, Mode::Idle)
+    }
+
+    /// Whether the path, as far as it is known, ends at rest: it needs neither a further knot nor its tail.
+    #[must_use]
+    pub fn ends_at_rest(&self) -> bool {
+        match self.mode {
+            Mode::Waiting { .. } | Mode::OnPath => self.end.is_at_rest(),
+            Mode::OnTail | Mode::OffPath(_) => false,
+            Mode::Idle | Mode::Stopped { .. } => true,
+        }
+    }
+
     /// The last set-point given.
     #[must_use]
     pub fn setpoint(&self) -> &Setpoint<N> {

@@ -145,6 +145,9 @@ impl PathClock {
 
     /// Begins to change the rate, smoothly from whatever it does now.
     pub(crate) fn change_to(&mut self, target: f64, now_us: u64) {
+        if self.ramp.is_none() && (self.from.rate - target).abs() <= 0.0 {
+            return;
+        }
         let from = self.at(now_us);
         let RateLimits { first, second } = self.limits;
         self.ramp = Some(Ramp::new(from.rate, from.change, target, first, second));
@@ -176,5 +179,35 @@ impl PathClock {
 
     pub(crate) fn stands(&self) -> bool {
         self.ramp.is_none() && self.from.rate <= 0.0
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::profile::AxisLimits;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The two inequalities from which every set-point's limits follow, and that little is wasted.
+        #[test]
+        fn rate_limits_leave_room_on_every_axis(
+            v in prop::array::uniform3(0.01..100.0f64), a in prop::array::uniform3(0.1..1e3f64), j in prop::array::uniform3(1.0..1e5f64),
+        ) {
+            let axes: [AxisEnvelope; 3] = core::array::from_fn(|i| {
+                AxisEnvelope::new(-1.0, 1.0, AxisLimits { v: v[i], a: a[i], j: j[i] })
+            });
+            let RateLimits { first, second } = RateLimits::new(&axes);
+            prop_assert!(first > 0.0 && second > 0.0);
+            let mut fullest = 0.0;
+            for axis in &axes {
+                let (path, hard) = (axis.tail(), axis.hard);
+                let acceleration = (path.a + path.v * first) / hard.a;
+                let jerk = (path.j + 3.0 * path.a * first + path.v * second) / hard.j;
+                prop_assert!(path.v < hard.v && acceleration < 1.0 && jerk < 1.0);
+                fullest = crate::scalar::larger(fullest, jerk);
+            }
+            prop_assert!(fullest > 1.0 - 1e-5);
+        }
     }
 }
