@@ -141,6 +141,21 @@ pub struct CurrentRegulator {
     pub limit_ma: f64,
 }
 
+/// A motor with what it drives, as seen at its shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// Torque per current, N·m/A. `irp6_robot`.
+    pub torque_constant_nm_a: f64,
+    /// Inertia of the rotor, kg·m². `irp6_robot` `hw_model`.
+    pub rotor_kg_m2: f64,
+    /// Mean inertia of the links behind the gear, kg·m²: ASSUMED.
+    pub load_kg_m2: f64,
+    /// Viscous friction, N·m·s/rad. `irp6_robot` `hw_model`.
+    pub viscous_nms_rad: f64,
+    /// Coulomb friction, N·m: ASSUMED.
+    pub coulomb_nm: f64,
+}
+
 /// One axis: motor, gear, joint, limits, regulators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisDescription {
@@ -177,6 +192,8 @@ pub struct AxisDescription {
     pub max_increments_per_step: u32,
     /// Following error at which the axis trips, encoder increments. `irp6_robot`.
     pub following_error_increments: u32,
+    /// Its motor and load.
+    pub motor: Motor,
     /// How it is homed.
     pub homing: AxisHoming,
     /// Regulator for a drive that takes a voltage.

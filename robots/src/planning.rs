@@ -366,3 +366,55 @@ pub(crate) fn limits_along<const N: usize>(
     }
     Ok(Some(limits))
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::gearing::motor_motion;
+    use crate::{Irp6Postument, JointMotion, Robot};
+    use proptest::prelude::*;
+
+    /// The postument with motors so fast that curvature, not speed, is what limits the arm.
+    fn fast() -> RobotDescription<6> {
+        let mut robot = *Irp6Postument.description();
+        for axis in &mut robot.axes {
+            axis.hard_limits.velocity = 2500.0;
+            axis.planning_limits.velocity = 2000.0;
+            axis.joint_velocity = 15.0;
+        }
+        robot
+    }
+
+    proptest! {
+        #[test]
+        fn curvature_takes_its_share_and_no_more(
+            t2 in -2.2..-0.9f64, t3 in -0.4..0.5f64, signs in prop::array::uniform4(-1.0..1.0f64),
+        ) {
+            let robot = fast();
+            let limits = joint_limits(&robot, VelocityFactor::FULL);
+            let [_, lower, upper, ..] = limits;
+            let sign = signs.map(f64::signum);
+            let motion = JointMotion {
+                position: Joints([0.0, t2, t3 - t2 - core::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0]),
+                velocity: [0.0, sign[0] * lower.velocity, sign[1] * upper.velocity, 0.0, 0.0, 0.0],
+                acceleration: [
+                    0.0, sign[2] * lower.acceleration, sign[3] * upper.acceleration, 0.0, 0.0, 0.0,
+                ],
+            };
+            let got = motor_motion(&robot, &motion).unwrap();
+            for (a, axis) in got.acceleration.iter().zip(&robot.axes) {
+                prop_assert!(a.abs() <= axis.hard_limits.acceleration * 2.0 / 3.0 + 1e-9, "{a}");
+            }
+        }
+    }
+
+    #[test]
+    fn curvature_is_the_limit_of_a_fast_arm() {
+        let robot = fast();
+        let limits = joint_limits(&robot, VelocityFactor::FULL);
+        let (_, curved) = motor_bounds(&robot, &transmissions(&robot), &limits.map(|l| l.velocity));
+        let most = curved.iter().fold(0.0, |most, c| greatest(most, *c));
+        // the worst screw uses all of its share
+        assert!((most / 150.0 - 1.0).abs() < 1e-9, "{most}");
+    }
+}

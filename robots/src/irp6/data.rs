@@ -4,8 +4,8 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use crate::assumed::{MOTOR_ACCELERATION_HARD, MOTOR_JERK_HARD, MOTOR_JERK_PLANNING};
 use crate::description::{
-    AxisDescription, AxisHoming, CurrentRegulator, Gearing, JointKind, MotorLimits, PwmRegulator,
-    Range, Reference,
+    AxisDescription, AxisHoming, CurrentRegulator, Gearing, JointKind, Motor, MotorLimits,
+    PwmRegulator, Range, Reference,
 };
 use crate::screw::ScrewTriangle;
 
@@ -124,6 +124,7 @@ const fn axis(name: &'static str, machine: Machine, gearing: Gearing) -> AxisDes
         overcurrent_ma: machine.overcurrent_ma,
         max_increments_per_step: 1000,
         following_error_increments: 1000,
+        motor: ARM_MOTOR,
         homing: HOMING,
         pwm_regulator: regulator(0.0, 0.0, 0.0, 0.0),
         current_regulator: CurrentRegulator {
@@ -152,13 +153,36 @@ pub(super) const fn track(machine: Machine) -> AxisDescription {
             upper: 1.21,
         },
         pwm_regulator: regulator(0.010, 0.412_429_378_531, 1.556_959_2, 1.502_861_4),
+        // irp6_robot at 126c5c7; later parameters give no clamp for the track
         current_regulator: current(machine, 22_000.0),
         ..axis("track", machine, Gearing::Linear { ratio: TRACK_RATIO })
     }
 }
 
+/// The motor of the big axes; the load is the track's.
+const ARM_MOTOR: Motor = Motor {
+    torque_constant_nm_a: 0.105,
+    rotor_kg_m2: 1.5e-4,
+    load_kg_m2: 1.0e-4,
+    viscous_nms_rad: 0.02,
+    coulomb_nm: 0.02,
+};
+
+/// The motor of the wrist's rolls; the load is that of V.
+const WRIST_MOTOR: Motor = Motor {
+    torque_constant_nm_a: 0.105,
+    rotor_kg_m2: 1.5e-5,
+    load_kg_m2: 2.0e-6,
+    viscous_nms_rad: 2.0e-4,
+    coulomb_nm: 0.01,
+};
+
 pub(super) const fn column(machine: Machine) -> AxisDescription {
     AxisDescription {
+        motor: Motor {
+            load_kg_m2: 2.0e-4,
+            ..ARM_MOTOR
+        },
         motor_position: Range {
             lower: -470.0,
             upper: 450.0,
@@ -178,6 +202,10 @@ pub(super) const fn column(machine: Machine) -> AxisDescription {
 
 pub(super) const fn lower_arm(machine: Machine) -> AxisDescription {
     AxisDescription {
+        motor: Motor {
+            load_kg_m2: 1.4e-4,
+            ..ARM_MOTOR
+        },
         motor_position: Range {
             lower: -110.0,
             upper: 100.0,
@@ -205,6 +233,10 @@ pub(super) const fn upper_arm(machine: Machine) -> AxisDescription {
 
 pub(super) const fn wrist_t(machine: Machine) -> AxisDescription {
     AxisDescription {
+        motor: Motor {
+            load_kg_m2: 1.0e-5,
+            ..ARM_MOTOR
+        },
         reference: Reference::ArmPlane { offset: 0.0 },
         motor_position: Range {
             lower: -70.0,
@@ -219,6 +251,7 @@ pub(super) const fn wrist_t(machine: Machine) -> AxisDescription {
 
 pub(super) const fn wrist_v(machine: Machine) -> AxisDescription {
     AxisDescription {
+        motor: WRIST_MOTOR,
         motor_position: Range {
             lower: -80.0,
             upper: 490.0,
@@ -235,6 +268,11 @@ pub(super) const fn wrist_v(machine: Machine) -> AxisDescription {
 
 pub(super) const fn wrist_n(machine: Machine) -> AxisDescription {
     AxisDescription {
+        motor: Motor {
+            load_kg_m2: 2.0e-7,
+            coulomb_nm: 0.005,
+            ..WRIST_MOTOR
+        },
         increments_per_turn: 2000,
         motor_position: Range {
             lower: -1000.0,

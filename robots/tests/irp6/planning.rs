@@ -89,17 +89,22 @@ fn box_holds<const N: usize>(
     Ok(())
 }
 
-/// Greatest use of motor limits, or of joint ceilings, along the line at `scale` times its limits.
+/// The greatest use of motor limits and of joint ceilings along the line at `scale` times its limits.
 fn use_along<const N: usize>(
     robot: &impl Robot<N>,
     from: &Joints<N>,
     to: &Joints<N>,
     factor: VelocityFactor,
     scale: [f64; 3],
-) -> Option<[f64; 3]> {
+) -> Option<([f64; 3], [f64; 2])> {
     let limits = robot.limits_along(from, to, factor).ok()??;
     let d: [f64; N] = core::array::from_fn(|k| to.0[k] - from.0[k]);
-    let mut most = [0.0_f64; 3];
+    let (mut motors, mut ceilings) = ([0.0_f64; 3], [0.0_f64; 2]);
+    let raise = |most: &mut f64, used: f64| {
+        if used.abs() > *most {
+            *most = used.abs();
+        }
+    };
     for step in 0..=40 {
         let s = f64::from(step) / 40.0;
         let q = Joints(core::array::from_fn(|k| from.0[k] + s * d[k]));
@@ -108,22 +113,17 @@ fn use_along<const N: usize>(
             let a = d.map(|d| d * limits.acceleration * scale[1] * sign);
             let j = d.map(|d| d * limits.jerk * scale[2] * sign);
             let used = use_of_limits(robot, &motor_derivatives(robot, &q, &v, &a, &j)?, factor);
-            for (most, used) in most.iter_mut().zip(used) {
-                if used > *most {
-                    *most = used;
-                }
-            }
+            motors
+                .iter_mut()
+                .zip(used)
+                .for_each(|(most, used)| raise(most, used));
             for (k, axis) in robot.description().axes.iter().enumerate() {
-                let ceilings = [v[k] / axis.joint_velocity, a[k] / axis.joint_acceleration];
-                for (most, used) in most.iter_mut().zip(ceilings) {
-                    if used.abs() > *most {
-                        *most = used.abs();
-                    }
-                }
+                raise(&mut ceilings[0], v[k] / axis.joint_velocity);
+                raise(&mut ceilings[1], a[k] / axis.joint_acceleration);
             }
         }
     }
-    Some(most)
+    Some((motors, ceilings))
 }
 
 fn line_holds<const N: usize>(
@@ -135,13 +135,20 @@ fn line_holds<const N: usize>(
     let (Some(from), Some(to)) = (driveable(robot, from), driveable(robot, to)) else {
         return Err(TestCaseError::reject("motor limits"));
     };
-    let Some([velocity, acceleration, jerk]) = use_along(robot, &from, &to, factor, [1.0; 3])
-    else {
+    let Some((motors, ceilings)) = use_along(robot, &from, &to, factor, [1.0; 3]) else {
         return Ok(());
     };
-    prop_assert!(velocity <= 1.0 + 1e-9, "velocity {velocity}");
-    prop_assert!(acceleration <= 1.0 + 1e-9, "acceleration {acceleration}");
+    let [velocity, acceleration, jerk] = motors;
+    prop_assert!(velocity <= 0.95 + 1e-9, "velocity {velocity}");
+    prop_assert!(
+        acceleration <= 2.0 / 3.0 + 1e-9,
+        "acceleration {acceleration}"
+    );
     prop_assert!(jerk <= 0.2, "jerk {jerk}");
+    prop_assert!(
+        ceilings.iter().all(|used| *used <= 1.0 + 1e-9),
+        "{ceilings:?}"
+    );
     Ok(())
 }
 
@@ -167,19 +174,17 @@ fn single_axis_is_not_timid<const N: usize>(
     } else {
         -tenth
     };
-    let Some([velocity, acceleration, _]) = use_along(robot, &a, &b, factor, [2.1, 0.0, 0.0])
-    else {
+    let Some((motors, ceilings)) = use_along(robot, &a, &b, factor, [2.1, 0.0, 0.0]) else {
         return Ok(());
     };
-    prop_assert!(
-        velocity > 1.0 || acceleration > 1.0,
-        "axis {axis}: {velocity} {acceleration}"
-    );
+    let broken = motors[0] > 1.0 || motors[1] > 1.0 || ceilings[0] > 1.0;
+    prop_assert!(broken, "axis {axis}: {motors:?} {ceilings:?}");
     // acceleration by itself reaches the planning ceiling, a third of the hard limit, or the joint's
-    let Some([_, alone, _]) = use_along(robot, &a, &b, factor, [0.0, 1.0, 0.0]) else {
+    let Some((motors, ceilings)) = use_along(robot, &a, &b, factor, [0.0, 1.0, 0.0]) else {
         return Ok(());
     };
-    prop_assert!((0.32..=1.0 + 1e-9).contains(&alone), "axis {axis}: {alone}");
+    let reached = motors[1] > 0.32 || ceilings[1] > 0.99;
+    prop_assert!(reached, "axis {axis}: {motors:?} {ceilings:?}");
     Ok(())
 }
 
