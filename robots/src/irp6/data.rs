@@ -153,7 +153,7 @@ pub(super) const fn track(machine: Machine) -> AxisDescription {
             upper: 1.21,
         },
         pwm_regulator: regulator(0.010, 0.412_429_378_531, 1.556_959_2, 1.502_861_4),
-        // irp6_robot at 126c5c7; later parameters give no clamp for the track
+        // irp6_robot, irp6-ot-inside.launch at 126c5c7
         current_regulator: current(machine, 22_000.0),
         ..axis("track", machine, Gearing::Linear { ratio: TRACK_RATIO })
     }
