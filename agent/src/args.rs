@@ -13,7 +13,7 @@
 //! assert!(<F<(), (), (), T> as Args>::TRANSMISSIONS); //   f^0(c_j, T_j)
 //! ```
 //!
-//! Source: [Z1] §VI and §VII. The transmissions between agents come from [Z2] (7); they have a
+//! Source: \[Z1\] §VI and §VII. The transmissions between agents come from \[Z2\] (7); they have a
 //! slot of their own, so that `c_0` stays what the coordinator says and `T` what other agents say.
 
 use core::marker::PhantomData;
@@ -44,7 +44,7 @@ pub struct F<C, O, R, M = ()>(PhantomData<(C, O, R, M)>);
 /// The argument list of `f**() = const`, the fifth class of the MP's generators.
 ///
 /// Nothing can be read through it, and a generator of this class owns no state: without `c_0`
-/// there are no resources to compute with ([Z1] §VI).
+/// there are no resources to compute with (\[Z1\] §VI).
 #[derive(Debug)]
 pub struct Const(PhantomData<()>);
 
@@ -174,7 +174,7 @@ impl Level for Executor {
 
 /// The list exists on the level `L`: 4 lists for the MP, 8 for an ECP, each with or without `T`.
 ///
-/// These are the classes of conditions ([Z1] §VII).
+/// These are the classes of conditions (\[Z1\] §VII).
 #[diagnostic::on_unimplemented(
     message = "there is no class `{Self}` of conditions on the level `{L}`",
     label = "not an argument list of this level",
@@ -186,7 +186,7 @@ impl<O: Slot<E>, R: Slot<V>, M: Slot<T>> On<Coordinator> for F<(), O, R, M> {}
 
 /// A generator with this list and the own state `Own` exists on the level `L`.
 ///
-/// These are the classes of generators ([Z1] §VI): those of [`On`], and on the MP level `f**`,
+/// These are the classes of generators (\[Z1\] §VI): those of [`On`], and on the MP level `f**`,
 /// which owns nothing.
 #[diagnostic::on_unimplemented(
     message = "there is no class `{Self}` of generators with the own state `{Own}` on the level `{L}`",

@@ -6,10 +6,10 @@ use crate::condition::Pure;
 use crate::instruction::Step;
 use crate::subsystem::{Input, Subsystem, X};
 
-/// A sequence of total states, produced one step at a time ([Z2] (13)).
+/// A sequence of total states, produced one step at a time (\[Z2\] (13)).
 ///
 /// [`Move`](crate::Move) and [`Wait`](crate::Wait) are the primitive ones; all others are made of
-/// behaviours, so that [Z2] (13) with (15) is the recursive definition the paper gives.
+/// behaviours, so that \[Z2\] (13) with (15) is the recursive definition the paper gives.
 ///
 /// # Contract
 /// - A new behaviour stands at `i_0`, as after [`begin`](Self::begin).
@@ -62,7 +62,7 @@ impl<S: Subsystem> Behaviour<S> for Rest {
 
 /// A partial transition function `^m f_c` of a closure: one demand in each step, without end.
 ///
-/// Stateless, so purely reactive; the functions of [Z2] (10) that (12) and (18) choose among.
+/// Stateless, so purely reactive; the functions of \[Z2\] (10) that (12) and (18) choose among.
 pub const fn function<S, A, P>(of: P) -> Pure<A, P>
 where
     S: Subsystem,
@@ -126,7 +126,7 @@ impl<S: Subsystem, A: Behaviour<S>, B: Behaviour<S>> Behaviour<S> for Then<A, B>
     }
 }
 
-/// Behaviours one after another: `Move(…); Move(…); …` of [Z2] (19).
+/// Behaviours one after another: `Move(…); Move(…); …` of \[Z2\] (19).
 ///
 /// The parts are a [`Bundle`]: a tuple, an array, or a [`List`](crate::List).
 #[derive(Clone, Copy, Debug)]
@@ -235,7 +235,7 @@ impl<S: Subsystem, B: Behaviour<S>> Behaviour<S> for Repeat<B> {
     }
 }
 
-/// At most `n_s` steps of a behaviour: the length of a reaction in [Z2] (13).
+/// At most `n_s` steps of a behaviour: the length of a reaction in \[Z2\] (13).
 ///
 /// `ForSteps::new(n, Rest)` is a pause; `ForSteps::new(n, Wait::new(p))` is a wait with a limit.
 #[derive(Clone, Copy, Debug)]
@@ -262,8 +262,7 @@ impl<S: Subsystem, B: Behaviour<S>> Behaviour<S> for ForSteps<B> {
         let Some(left) = self.left.checked_sub(1) else {
             return Step::Done;
         };
-        let step = self.b.step(x);
-        self.left = if matches!(step, Step::Done) { 0 } else { left };
-        step
+        self.left = left;
+        self.b.step(x)
     }
 }

@@ -28,7 +28,7 @@ pub trait Fixed<const N: usize> {}
 
 /// What dereferences to a slice, as a bundle or as choices: `Vec<B>`, `Box<[B]>`, `&mut [B]`.
 ///
-/// The robot and sensor lists of [Z1] §V are not these: they are the images in the
+/// The robot and sensor lists of \[Z1\] §V are not these: they are the images in the
 /// [`Subsystem`](crate::Subsystem).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct List<L>(pub L);

@@ -9,7 +9,7 @@ use crate::response::{Adaptation, Response};
 use crate::select::{Choice, Choices, decide_and_run};
 use crate::subsystem::{Input, Subsystem, X};
 
-/// The stimulus `ζ`: one component of what the sensors or other agents tell. [Z2] §3.
+/// The stimulus `ζ`: one component of what the sensors or other agents tell. \[Z2\] §3.
 pub trait Stimulus<S: Subsystem> {
     /// The argument list, usually `F<(), (), V>` or `F<(), (), (), T>`.
     type Args: On<S::Level>;
@@ -43,7 +43,7 @@ where
 
 /// A behaviour that is executed with a probability that grows or falls with a stimulus.
 ///
-/// Where `when` holds, the probability is `P_q(ζ)` of [Z2] (21) or (22), else 0.
+/// Where `when` holds, the probability is `P_q(ζ)` of \[Z2\] (21) or (22), else 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Urge<P, Z, B> {
     when: P,
@@ -110,7 +110,7 @@ where
     }
 }
 
-/// The loop [Z2] (15), (20) with predicates that hold by chance.
+/// The loop \[Z2\] (15), (20) with predicates that hold by chance.
 ///
 /// At a decision the choices are asked in their order; the first whose deviate `u`, uniform in
 /// `[0, 1)`, is below its probability is run to its end. If none is, the step holds and the next

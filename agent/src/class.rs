@@ -1,7 +1,7 @@
 //! The classes of generators and conditions, and the census that none is neglected.
 //!
-//! [Z1] §VI and §VII classify by argument lists: 5 + 8 classes of generators, 4 + 8 of conditions.
-//! Completeness is the point ([Z1] §VIII), so the lists are here as constants, and [`missing`]
+//! \[Z1\] §VI and §VII classify by argument lists: 5 + 8 classes of generators, 4 + 8 of conditions.
+//! Completeness is the point (\[Z1\] §VIII), so the lists are here as constants, and [`missing`]
 //! finds the classes without an inhabitant.
 
 use core::fmt;
@@ -66,7 +66,7 @@ impl Class {
     /// The eight classes of conditions of an ECP.
     pub const ECP_CONDITIONS: [Self; 8] = Self::of_ecp(Kind::Condition);
 
-    /// All 25 classes of [Z1], in the order of the four lists above.
+    /// All 25 classes of \[Z1\], in the order of the four lists above.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         Self::MP_GENERATORS
             .into_iter()
@@ -148,7 +148,7 @@ impl Class {
         self.q
     }
 
-    /// Are transmissions of other agents read, beyond the arguments of [Z1]?
+    /// Are transmissions of other agents read, beyond the arguments of \[Z1\]?
     #[must_use]
     pub const fn transmissions(self) -> bool {
         self.transmissions
@@ -233,9 +233,9 @@ impl fmt::Display for Inhabitant {
     }
 }
 
-/// The classes of [Z1] that have no inhabitant in `census`.
+/// The classes of \[Z1\] that have no inhabitant in `census`.
 ///
-/// A function that reads transmissions is in none of these classes: [Z1] has no such argument.
+/// A function that reads transmissions is in none of these classes: \[Z1\] has no such argument.
 pub fn missing(census: &[Inhabitant]) -> impl Iterator<Item = Class> {
     Class::all().filter(|class| !census.iter().any(|entry| entry.class == *class))
 }

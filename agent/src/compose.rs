@@ -5,7 +5,7 @@ use crate::bundle::{Bundle, Fixed};
 use crate::instruction::Step;
 use crate::subsystem::{Command, Input, Subsystem};
 
-/// A composition operator of [Z2] (18): one result of `n` partial ones.
+/// A composition operator of \[Z2\] (18): one result of `n` partial ones.
 ///
 /// `None` is a behaviour that made no demand in this step.
 pub trait Composition<Y, const N: usize> {
@@ -13,7 +13,7 @@ pub trait Composition<Y, const N: usize> {
     fn compose(&self, partial: [Option<Y>; N]) -> Option<Y>;
 }
 
-/// The endless loop [Z2] (18): all behaviours make their step, then the results are composed.
+/// The endless loop \[Z2\] (18): all behaviours make their step, then the results are composed.
 ///
 /// `if p then` is written by a [`Reaction`](crate::Reaction) as a behaviour. A behaviour that has
 /// ended takes no further part. Ends when all have ended; holds where no one demands.
@@ -21,10 +21,9 @@ pub trait Composition<Y, const N: usize> {
 pub struct Compose<B, K, const N: usize> {
     bundle: B,
     by: K,
-    ended: [bool; N],
 }
 
-/// Competitive composition [Z2] (16): one of the results is selected.
+/// Competitive composition \[Z2\] (16): one of the results is selected.
 ///
 /// The selection function is [`Greatest`], [`First`], or [`Inhibit`] and [`Suppress`] around one.
 ///
@@ -51,7 +50,7 @@ pub struct Compose<B, K, const N: usize> {
 /// ```
 pub type Compete<B, K, const N: usize> = Compose<B, K, N>;
 
-/// Cooperative composition [Z2] (17): the weighted sum of the results.
+/// Cooperative composition \[Z2\] (17): the weighted sum of the results.
 ///
 /// Only where demands form a vector space: velocities, wrenches, offsets; see [`Vector`].
 pub type Superpose<B, const N: usize> = Compose<B, Sum<N>, N>;
@@ -59,11 +58,7 @@ pub type Superpose<B, const N: usize> = Compose<B, Sum<N>, N>;
 impl<B: Fixed<N>, K, const N: usize> Compose<B, K, N> {
     /// The behaviours of `bundle`, composed by `by`.
     pub const fn new(bundle: B, by: K) -> Self {
-        Self {
-            bundle,
-            by,
-            ended: [false; N],
-        }
+        Self { bundle, by }
     }
 }
 
@@ -81,29 +76,27 @@ where
     K: Composition<S::Command, N>,
 {
     fn begin(&mut self) {
-        self.ended = [false; N];
         (0..N).for_each(|m| self.bundle.begin(m));
     }
 
     fn step(&mut self, x: &Input<S>) -> Step<S::Command> {
         let mut partial = [const { None }; N];
-        for (m, (y, ended)) in partial.iter_mut().zip(&mut self.ended).enumerate() {
-            if !*ended {
-                match self.bundle.step(m, x) {
-                    Step::Demand(demand) => *y = Some(demand),
-                    Step::Hold => {}
-                    Step::Done => *ended = true,
-                }
+        let mut ended = true;
+        for (m, y) in partial.iter_mut().enumerate() {
+            match self.bundle.step(m, x) {
+                Step::Demand(demand) => (*y, ended) = (Some(demand), false),
+                Step::Hold => ended = false,
+                Step::Done => {}
             }
         }
-        if self.ended.iter().all(|&ended| ended) {
+        if ended {
             return Step::Done;
         }
         self.by.compose(partial).map_or(Step::Hold, Step::Demand)
     }
 }
 
-/// `max` of [Z2] (16): the result of the greatest worth, the first of equals.
+/// `max` of \[Z2\] (16): the result of the greatest worth, the first of equals.
 ///
 /// The paper needs real numbers for its maximum; here a function gives each demand its real
 /// number. A worth that is NaN loses against any number.
@@ -198,7 +191,7 @@ impl<Y: Clone, K: Composition<Y, N>, const N: usize> Composition<Y, N> for Suppr
     }
 }
 
-/// The linear combination of [Z2] (17), with one weight for each behaviour.
+/// The linear combination of \[Z2\] (17), with one weight for each behaviour.
 ///
 /// `yc^{i+1} = Σ w_m · ^m f_c(xc^i)` over the behaviours that made a demand.
 #[derive(Clone, Copy, Debug, PartialEq)]

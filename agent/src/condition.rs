@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use crate::args::{F, On, Union};
 use crate::subsystem::{Subsystem, X};
 
-/// A Boolean function of the state: `f_I` of [Z1] (4), or a predicate `p` of [Z2] (11), (14).
+/// A Boolean function of the state: `f_I` of \[Z1\] (4), or a predicate `p` of \[Z2\] (11), (14).
 ///
 /// Pure: it reads `self` and the view, and decides. A reference to a condition is one; with the
 /// feature `alloc`, so is a `Box`. Composed with [`And`], [`Or`], [`Not`]; the class of the whole is the union of the classes.
@@ -89,7 +89,7 @@ impl<S: Subsystem, P: Condition<S>> Condition<S> for Not<P> {
     }
 }
 
-/// Holds in every state; the predicate of a main reaction ([Z2] (15)).
+/// Holds in every state; the predicate of a main reaction (\[Z2\] (15)).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Always;
 

@@ -6,10 +6,10 @@ use core::fmt;
 use crate::condition::Or;
 use crate::subsystem::Subsystem;
 
-/// The error condition `f_E(c, e, r)` of [Z1] (4), (5).
+/// The error condition `f_E(c, e, r)` of \[Z1\] (4), (5).
 ///
-/// Reads `r` and not `v`: malfunctions are looked for in the receptors themselves ([Z1] §III).
-/// `C` is what the control subsystem tells of itself, its interoceptors ([Z2] §2): counters,
+/// Reads `r` and not `v`: malfunctions are looked for in the receptors themselves (\[Z1\] §III).
+/// `C` is what the control subsystem tells of itself, its interoceptors (\[Z2\] §2): counters,
 /// failed computations, deadlines; `R` are the receptors. The whole `f_E` is the *disjunction* of
 /// all error situations: compose them with [`Or`].
 #[diagnostic::on_unimplemented(

@@ -6,13 +6,13 @@ use core::marker::PhantomData;
 use crate::args::{Const, Coordinator, Generates};
 use crate::subsystem::{Subsystem, X};
 
-/// A motion generator: `f'`, `f''` and `f_τ` ([Z2] Fig. 3) over one argument list.
+/// A motion generator: `f'`, `f''` and `f_τ` (\[Z2\] Fig. 3) over one argument list.
 ///
 /// `self` is the function: its parameters, never written while it runs, so they may lie in flash.
 /// `c` is the part of the own state `c_c` that the function evolves; `f'` creates it. One call
-/// is one evaluation of [Z2] (7): the new `c_c` and all outputs together. With [Z1] (5), (6) the
-/// demanded effector state is `e^{i+1} = f*(c^i, e^i, v^i)`; `f_τ` is `f_T` of [Z1] (5) and has
-/// the same arguments by construction ([Z1] §VII).
+/// is one evaluation of \[Z2\] (7): the new `c_c` and all outputs together. With \[Z1\] (5), (6) the
+/// demanded effector state is `e^{i+1} = f*(c^i, e^i, v^i)`; `f_τ` is `f_T` of \[Z1\] (5) and has
+/// the same arguments by construction (\[Z1\] §VII).
 ///
 /// What has to outlive one Move, such as a map that grows from motion to motion, is a variable of
 /// the program: it lends a `&Cell<…>` to the generators and conditions that share it.
@@ -63,7 +63,7 @@ macro_rules! pointer {
 pointer!(&G);
 pointer!(#[cfg(feature = "alloc")] alloc::boxed::Box<G>);
 
-/// `f**() = const`: tells the ECPs to begin their own programs. MP only ([Z1] §VI).
+/// `f**() = const`: tells the ECPs to begin their own programs. MP only (\[Z1\] §VI).
 ///
 /// Moves one step: the constant is sent once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -38,7 +38,7 @@ impl<Y> Step<Y> {
     }
 }
 
-/// Where a Move stands in the flow chart [Z2] Fig. 3.
+/// Where a Move stands in the flow chart \[Z2\] Fig. 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase<C> {
     /// `i = i_0`: `f'` is due.
@@ -49,7 +49,7 @@ enum Phase<C> {
     Ended,
 }
 
-/// The Move instruction: a primitive behaviour ([Z1] (5), [Z2] (13) and Fig. 3).
+/// The Move instruction: a primitive behaviour (\[Z1\] (5), \[Z2\] (13) and Fig. 3).
 ///
 /// `f'` in the first step; then in each step `f_τ` first, and `f''` where `f_τ` is false. So `f'`
 /// is evaluated exactly once, and a Move makes at least one demand. Error conditions are not its
@@ -121,7 +121,7 @@ impl<G: fmt::Debug, C: fmt::Debug> fmt::Debug for Move<G, C> {
     }
 }
 
-/// The Wait instruction: holds until `f_I` is true ([Z1] (4)). Never demands anything.
+/// The Wait instruction: holds until `f_I` is true (\[Z1\] (4)). Never demands anything.
 #[derive(Clone, Copy, Debug)]
 pub struct Wait<P> {
     until: P,

@@ -11,8 +11,8 @@
 //! (The feature `alloc` makes a `Box` of a generator, condition or behaviour one itself.)
 //!
 //! The formalism is C. Zieliński's; every symbol below is his.
-//! [Z1] is *A Quasi-Formal Approach to Structuring Multi-Robot System Controllers*;
-//! [Z2] is *Formal approach to the design of robot programming frameworks: the behavioural control
+//! \[Z1\] is *A Quasi-Formal Approach to Structuring Multi-Robot System Controllers*;
+//! \[Z2\] is *Formal approach to the design of robot programming frameworks: the behavioural control
 //! case* (Bull. Pol. Ac.: Tech. 53(1), 2005). `docs/theory.md` lists every equation and its item.
 //!
 //! # A first program
@@ -69,7 +69,7 @@
 //!
 //! # The loop
 //!
-//! One Move, after [Z2] Fig. 3. [`Process`] checks `f_E` in front of every box of the right side;
+//! One Move, after \[Z2\] Fig. 3. [`Process`] checks `f_E` in front of every box of the right side;
 //! what is written `──▶` and `◀──` is done by whoever calls `step`, once per instant.
 //!
 //! ```text
@@ -130,13 +130,13 @@
 //! - **Exteroceptors** perceive the environment, and virtual sensors are made of them.
 //!   **Proprioceptors** perceive the effector (encoders), and are part of `e`. **Interoceptors**
 //!   perceive the controller itself (lost messages, missed deadlines), and are part of `c`.
-//! - **Ontologies** of an effector ([Z2] Fig. 1): motor shafts, joints, end-effector pose. Each is
+//! - **Ontologies** of an effector (\[Z2\] Fig. 1): motor shafts, joints, end-effector pose. Each is
 //!   an image of its own type, defined with the robots, not here.
 //!
 //! # Many robots at once
 //!
 //! Move and Wait do not change with the number of robots and sensors: their parameters are lists
-//! ([Z1] §V). On the MP level, `Effector` is the list of images, and `Command` the list of what is
+//! (\[Z1\] §V). On the MP level, `Effector` is the list of images, and `Command` the list of what is
 //! said to each ECP.
 //!
 //! ```

@@ -6,7 +6,7 @@ use crate::instruction::Step;
 use crate::record::{Recorder, TotalState};
 use crate::subsystem::{Input, Subsystem};
 
-/// What one step of a process came to: the three branches of [Z1] (4) and (5).
+/// What one step of a process came to: the three branches of \[Z1\] (4) and (5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use = "a demand that is not transmitted is lost"]
 pub enum Outcome<Y, Fault> {

@@ -5,7 +5,7 @@ use core::fmt;
 use crate::process::Outcome;
 use crate::subsystem::{Input, Subsystem};
 
-/// The total state of a control subsystem, valid when step `i` has been computed. [Z2] (9).
+/// The total state of a control subsystem, valid when step `i` has been computed. \[Z2\] (9).
 ///
 /// The inputs as of `i`, the own state as changed by the step (`c_c^{i+1}`, written `i′` in the
 /// paper), and the outputs for `i + 1`. Borrowed: a recorder copies what it wants to keep. The

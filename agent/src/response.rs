@@ -7,14 +7,14 @@ use crate::exp::exp_of_minus;
 /// The response function `P_q(ζ)`: a probability in `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Response {
-    /// `P_q = ζⁿ / (ζⁿ + θⁿ)`, rising with the stimulus. [Z2] (21).
+    /// `P_q = ζⁿ / (ζⁿ + θⁿ)`, rising with the stimulus. \[Z2\] (21).
     Threshold {
         /// `θ > 0`, in the unit of the stimulus: there `P = 1/2`.
         theta: f64,
         /// `n`: the steepness at `θ`; the paper's experiments use 2.
         n: NonZeroU8,
     },
-    /// `P_q = exp(−(ψ(ζ − θ))²)`, high within a range around `θ`. [Z2] (22).
+    /// `P_q = exp(−(ψ(ζ − θ))²)`, high within a range around `θ`. \[Z2\] (22).
     Window {
         /// `θ`: the middle of the range, in the unit of the stimulus; there `P = 1`.
         theta: f64,
@@ -81,7 +81,7 @@ impl Response {
     }
 }
 
-/// How a threshold `θ` changes at each decision, within bounds. [Z2] §3 leaves the rule open.
+/// How a threshold `θ` changes at each decision, within bounds. \[Z2\] §3 leaves the rule open.
 ///
 /// A lower threshold means a stronger inclination. Changes are in the unit of the stimulus.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use crate::condition::Condition;
 use crate::instruction::Step;
 use crate::subsystem::{Input, Subsystem, X};
 
-/// `if p then b`: [Z2] (11) and (14).
+/// `if p then b`: \[Z2\] (11) and (14).
 ///
 /// On its own it is the guarded function (11): in every step in which `p` holds, `b` makes its
 /// step; in the others there is no result and the reaction holds. `b` begins anew whenever `p`
@@ -142,7 +142,7 @@ pub(crate) fn decide_and_run<S: Subsystem, R: Choices<S>>(
     }
 }
 
-/// The endless loop [Z2] (15) and (20): select a behaviour, run it to its end, select again.
+/// The endless loop \[Z2\] (15) and (20): select a behaviour, run it to its end, select again.
 ///
 /// The first reaction whose predicate holds is selected. While none holds, the loop holds; a last
 /// reaction on [`Always`](crate::Always) is the main reaction. A `Select` may be a behaviour of a
@@ -179,7 +179,7 @@ impl<S: Subsystem, R: Reactions<S>> Behaviour<S> for Select<R> {
     }
 }
 
-/// The endless loop [Z2] (12): select a function anew in every step.
+/// The endless loop \[Z2\] (12): select a function anew in every step.
 ///
 /// The first reaction whose predicate holds makes one step. A behaviour begins anew when the
 /// selection changes to it, and when it has ended and is selected still.
@@ -198,7 +198,7 @@ impl<R> React<R> {
         }
     }
 
-    /// The index of the reaction of the last step, from 0.
+    /// The index of the reaction that made the last step, from 0.
     #[must_use]
     pub const fn current(&self) -> Option<usize> {
         self.current
@@ -215,10 +215,7 @@ impl<S: Subsystem, R: Reactions<S>> Behaviour<S> for React<R> {
         if selected != self.current {
             self.current = None;
         }
-        let mut current = self.current;
-        let step = decide_and_run(&mut self.reactions, &mut current, x, |_| selected);
-        self.current = selected;
-        step
+        decide_and_run(&mut self.reactions, &mut self.current, x, |_| selected)
     }
 }
 

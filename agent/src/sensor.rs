@@ -1,10 +1,10 @@
 //! Virtual sensors: receptor readings aggregated into what motion control needs.
 
-/// A virtual sensor `f_v`: `v = f_v(c, e, r)`. [Z1] (3), (13); [Z2] (3).
+/// A virtual sensor `f_v`: `v = f_v(c, e, r)`. \[Z1\] (3), (13); \[Z2\] (3).
 ///
 /// `c` is what the control subsystem sends to the sensor, its configuration `yc_V`; `e` is the
 /// image of the effector the receptors may be mounted on; `r` is the bundle of receptor readings
-/// ([Z2] (4)). `self` is constant; what the sensor remembers between readings is `Own`.
+/// (\[Z2\] (4)). `self` is constant; what the sensor remembers between readings is `Own`.
 pub trait VirtualSensor {
     /// `c`: configuration and commands, `yc_V`.
     type Configuration;

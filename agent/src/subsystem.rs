@@ -8,7 +8,7 @@ use crate::args::{Args, C0, E, Level, On, Reads, T, Union, V};
 /// A control subsystem `C`: the coordinator `C_0` or an executor `C_j`.
 ///
 /// Only names types; never constructed by this crate. What the subsystem perceives is
-/// [`Input`] (`xC`, [Z2] (5)), what it commands is `Command` (`yC`, [Z2] (6)).
+/// [`Input`] (`xC`, \[Z2\] (5)), what it commands is `Command` (`yC`, \[Z2\] (6)).
 pub trait Subsystem {
     /// [`Coordinator`](crate::args::Coordinator) for an MP,
     /// [`Executor`](crate::args::Executor) for an ECP.
@@ -25,7 +25,7 @@ pub trait Subsystem {
     type Command;
 }
 
-/// The three outputs of a subsystem, `yC = ⟨yc_e, yc_V, yc_T⟩`. [Z2] (6).
+/// The three outputs of a subsystem, `yC = ⟨yc_e, yc_V, yc_T⟩`. \[Z2\] (6).
 ///
 /// The value of [`Subsystem::Command`] where sensors are configured or agents talk to each other;
 /// a subsystem that only moves its effector uses the type of `e` itself.
@@ -39,7 +39,7 @@ pub struct Command<Effector, Sensors = (), Transmissions = ()> {
     pub t: Transmissions,
 }
 
-/// The input `xC = ⟨xc_e, xc_V, xc_T⟩` of a subsystem at the instant `i`, with `c_0`. [Z2] (5).
+/// The input `xC = ⟨xc_e, xc_V, xc_T⟩` of a subsystem at the instant `i`, with `c_0`. \[Z2\] (5).
 pub struct Input<S: Subsystem> {
     /// `i`: the instant, counted in steps of this subsystem; wraps.
     pub i: u32,

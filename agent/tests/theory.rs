@@ -42,8 +42,9 @@ fn sources(below: &Path) -> BTreeMap<PathBuf, String> {
     found
 }
 
-/// Every `[Z1] (n)` and `[Z2] (n), (m)` in a text.
+/// Every `[Z1] (n)` and `[Z2] (n), (m)` in a text, with or without rustdoc's backslashes.
 fn mentions(text: &str) -> BTreeSet<Equation> {
+    let text = text.replace("\\[", "[").replace("\\]", "]");
     let mut found = BTreeSet::new();
     for (paper, mark) in [(1, "[Z1] ("), (2, "[Z2] (")] {
         for (at, _) in text.match_indices(mark) {
@@ -218,7 +219,7 @@ fn every_equation_mentioned_in_this_crate_is_listed_with_an_item_of_that_file() 
 
 #[test]
 fn the_readers_read() {
-    let text = "as [Z1] (3), (13) and [Z2] (7) say; [Z2] §3 and (99) do not; [Z1] (x)";
+    let text = "as [Z1] (3), (13) and \\[Z2\\] (7) say; [Z2] §3 and (99) do not; [Z1] (x)";
     assert_eq!(mentions(text), BTreeSet::from([(1, 3), (1, 13), (2, 7)]));
     assert!(declares("    pub const fn new(of: P) -> Self {", "new"));
     assert!(declares("    Threshold {", "Threshold") && declares("    Hold,", "Hold"));

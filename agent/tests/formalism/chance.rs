@@ -42,7 +42,7 @@ fn the_papers_points() {
     assert!((rising.probability(1.0) - 0.2).abs() <= f64::EPSILON);
     let window = Response::window(40.0, 0.5);
     assert_eq!(window.probability(40.0).to_bits(), 1.0_f64.to_bits());
-    // at θ ± 1/ψ: 1/e; the squares, unlike the printed (22), make both sides fall
+    // at θ ± 1/ψ: 1/e; the square makes both sides fall
     let inverse_e = 1.0 / std::f64::consts::E;
     for zeta in [38.0, 42.0] {
         assert!((window.probability(zeta) - inverse_e).abs() <= 4.0 * f64::EPSILON);
@@ -154,8 +154,14 @@ fn the_impossible_spends_no_deviate() {
     let never = Urge::new(Never, force(), Response::window(0.0, 0.0), once(9.0));
     let silent = Urge::new(Always, force(), Response::threshold(1.0), once(8.0));
     let certain = Reaction::new(Always, once(1.0));
-    let mut b = SelectByChance::new((never, silent, certain), Given(vec![0.999]));
-    assert_eq!(b.step(&arm(0, 0.0)), Step::Demand(1.0));
+    let even = Urge::new(
+        Always,
+        stimulus::<Arm, F<(), (), ()>, _>(|_| 1.0),
+        Response::threshold(1.0),
+        once(2.0),
+    );
+    let mut b = SelectByChance::new((never, silent, even, certain), Given(vec![0.4, 0.6, 0.6]));
+    assert_eq!(b.step(&arm(0, 0.0)), Step::Demand(2.0));
     assert_eq!(b.current(), Some(2));
 }
 
