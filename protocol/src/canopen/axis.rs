@@ -4,7 +4,7 @@
 //! | PDO | when | carries | bytes |
 //! |---|---|---|---|
 //! | RPDO1 (csp) | latched at SYNC | controlword, target position | 6 |
-//! | RPDO1 (cst) | latched at SYNC | controlword, target torque | 4 |
+//! | RPDO2 (cst) | latched at SYNC | controlword, target torque | 4 |
 //! | TPDO1 | every SYNC | statusword, actual position, actual torque | 8 |
 //! | TPDO2 | on change, at most once a millisecond | digital inputs, touch-probe status | 6 |
 //!
@@ -22,7 +22,7 @@ pub const RPDO1_CSP: [Entry; 2] = [
 ];
 
 /// Controlword and target torque.
-pub const RPDO1_CST: [Entry; 2] = [
+pub const RPDO2_CST: [Entry; 2] = [
     Entry::new(index::CONTROLWORD, 0, 16),
     Entry::new(index::TARGET_TORQUE, 0, 16),
 ];
@@ -46,6 +46,13 @@ pub const fn rpdo1(node: NodeId) -> Communication {
     Communication::new(node.cob(Function::Rpdo1), Transmission::SyncCyclic(1))
 }
 
+/// Communication parameters of RPDO2: latched at every SYNC. Both RPDOs stay mapped; the node sends
+/// the one that the mode of operation uses, so changing the mode needs no remapping under torque.
+#[must_use]
+pub const fn rpdo2(node: NodeId) -> Communication {
+    Communication::new(node.cob(Function::Rpdo2), Transmission::SyncCyclic(1))
+}
+
 /// Communication parameters of TPDO1: at every SYNC.
 #[must_use]
 pub const fn tpdo1(node: NodeId) -> Communication {
@@ -58,7 +65,7 @@ pub const fn tpdo2(node: NodeId) -> Communication {
     Communication::new(node.cob(Function::Tpdo2), Transmission::EventProfile).inhibit(10)
 }
 
-/// Which of the target is in RPDO1.
+/// The target, and with it which RPDO carries it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// csp: position in drive units ([`crate::units::UNITS_PER_INCREMENT`] per increment).
@@ -67,19 +74,18 @@ pub enum Target {
     Torque(i16),
 }
 
-/// The frame of RPDO1.
+/// The frame of RPDO1 (csp) or RPDO2 (cst).
 #[must_use]
 pub fn command(node: NodeId, controlword: u16, target: Target) -> crate::frame::Frame {
     let [low, high] = controlword.to_le_bytes();
-    let cob = node.cob(Function::Rpdo1);
     match target {
         Target::Position(position) => {
             let [a, b, c, d] = position.to_le_bytes();
-            super::node::frame(cob, [low, high, a, b, c, d])
+            super::node::frame(node.cob(Function::Rpdo1), [low, high, a, b, c, d])
         }
         Target::Torque(torque) => {
             let [a, b] = torque.to_le_bytes();
-            super::node::frame(cob, [low, high, a, b])
+            super::node::frame(node.cob(Function::Rpdo2), [low, high, a, b])
         }
     }
 }
@@ -152,7 +158,7 @@ mod tests {
     fn the_mappings_have_the_lengths_of_the_bus_arithmetic() {
         let lengths = [
             mapping(&RPDO1_CSP).len(),
-            mapping(&RPDO1_CST).len(),
+            mapping(&RPDO2_CST).len(),
             mapping(&TPDO1).len(),
             mapping(&TPDO2).len(),
         ];

@@ -1,0 +1,99 @@
+//! What the ECP perceives and what it demands.
+
+use protocol::clock::Clock;
+use protocol::fault::Refusal;
+use protocol::message::Coordination;
+use protocol::time::Micros;
+use robots::{JointMotion, Joints, MotorMotion, Motors};
+
+/// `c_0`: what the coordinator says, as the ECP received it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coordinator {
+    /// The latest cyclic message's content; tight knots are offered one after the other, in time.
+    pub says: Coordination,
+    /// The coordinator asked to end the motion (MRROC++'s `END_MOTION`).
+    pub end_motion: bool,
+}
+
+/// `e_j`: the image of the effector, in the ontologies of [Z2] Fig. 1 (the third, the pose of the
+/// end-effector, follows from the joints by the robot's forward kinematics).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectorImage<const N: usize> {
+    /// Measured motor angles, rad.
+    pub motors: Motors<N>,
+    /// Measured joint positions, rad or m; `None` before synchronisation.
+    pub joints: Option<Joints<N>>,
+    /// Where the set-points stand at the end of the queue: motor angles, rad.
+    pub demanded_motors: Motors<N>,
+    /// The same as joint positions; `None` before synchronisation.
+    pub demanded_joints: Option<Joints<N>>,
+    /// Demand minus actual of the last step, rad of the motor shaft.
+    pub following_error: [f64; N],
+}
+
+/// `v_j`: the bundle of virtual sensor readings on the node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensors<const N: usize> {
+    /// Motor effort: current in excess of what the axis needs to move freely, as a fraction of its
+    /// limit, low-pass filtered over a macrostep.
+    pub effort: [f64; N],
+}
+
+/// `yc_e`: what the ECP demands of the EDP for the next macrostep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Demand<const N: usize> {
+    /// e^{i+1} = e^i.
+    Stay,
+    /// A motion state of the motor shafts.
+    Motors(MotorMotion<N>),
+    /// A motion state of the joints.
+    Joints(JointMotion<N>),
+    /// A motion state of the motor shafts at an instant of the coordinator's choice.
+    At {
+        /// Bus time; local time after [`Demand::in_local_time`].
+        at: Micros,
+        /// The state.
+        motion: MotorMotion<N>,
+        /// Did the coordinator send an acceleration? If not, the segment is cubic.
+        has_acceleration: bool,
+    },
+    /// The same for the joints.
+    JointsAt {
+        /// Bus time; local time after [`Demand::in_local_time`].
+        at: Micros,
+        /// The state.
+        motion: JointMotion<N>,
+        /// Did the coordinator send an acceleration? If not, the segment is cubic.
+        has_acceleration: bool,
+    },
+    /// The generator cannot go on: the instruction ends with this refusal and nothing moves.
+    Refuse(Refusal),
+}
+
+impl<const N: usize> Demand<N> {
+    /// The coordinator speaks of bus time, the EDP of the node's own.
+    #[must_use]
+    pub fn in_local_time(self, clock: &Clock) -> Self {
+        match self {
+            Self::At {
+                at,
+                motion,
+                has_acceleration,
+            } => Self::At {
+                at: clock.to_local(at),
+                motion,
+                has_acceleration,
+            },
+            Self::JointsAt {
+                at,
+                motion,
+                has_acceleration,
+            } => Self::JointsAt {
+                at: clock.to_local(at),
+                motion,
+                has_acceleration,
+            },
+            Self::Stay | Self::Motors(_) | Self::Joints(_) | Self::Refuse(_) => self,
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! One axis in the servo loop: positions, regulators, monitors.
+
+use crate::edp::servo::{Demand, FeedForwardGains, FeedForwardState, OriginalGains, OriginalState};
+use protocol::canopen::axis::Target;
+use protocol::canopen::cia402::{Goal, Master, PowerState, Statusword};
+use protocol::message::ServoLaw;
+use protocol::units::UNITS_PER_INCREMENT;
+
+/// Constants of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisConstants {
+    /// Drive units per rad of the motor shaft.
+    pub units_per_rad: f64,
+    /// Torque constant, N·m/A = mN·m/mA.
+    pub torque_constant: f64,
+    /// The original's regulator.
+    pub original: OriginalGains,
+    /// The modern regulator.
+    pub feed_forward: FeedForwardGains,
+    /// Following error at which the axis trips at full speed, rad of the motor shaft.
+    pub following_window_rad: f64,
+    /// Velocity at which the whole window is open, rad/s.
+    pub full_speed: f64,
+    /// The encoder cannot move farther in one step, drive units.
+    pub jump_units: i64,
+}
+
+/// The part of the following-error window that is open at standstill.
+const WINDOW_AT_REST: f64 = 0.4;
+
+/// The variable state of one axis.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    constants: AxisConstants,
+    /// Drive units at motor angle 0.
+    zero: i64,
+    /// Homed since power-up.
+    pub homed: bool,
+    /// Towards the drive's power state.
+    pub master: Master,
+    law: ServoLaw,
+    original: OriginalState,
+    modern: FeedForwardState,
+    actual: i64,
+    known: bool,
+    /// Demands of the last steps, drive units, newest first.
+    demands: [i64; 3],
+    following_error_max: u32,
+}
+
+impl Axis {
+    /// Nothing known yet.
+    #[must_use]
+    pub fn new(constants: AxisConstants, law: ServoLaw) -> Self {
+        Self {
+            constants,
+            zero: 0,
+            homed: false,
+            master: Master::default(),
+            law,
+            original: OriginalState::default(),
+            modern: FeedForwardState::default(),
+            actual: 0,
+            known: false,
+            demands: [0; 3],
+            following_error_max: 0,
+        }
+    }
+
+    /// Its constants.
+    #[must_use]
+    pub const fn constants(&self) -> &AxisConstants {
+        &self.constants
+    }
+
+    /// Motor angle of a position in drive units, rad.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "drive units fit 32 bits")]
+    pub fn rad(&self, units: i64) -> f64 {
+        (units - self.zero) as f64 / self.constants.units_per_rad
+    }
+
+    /// Drive units of a motor angle, rounded to the nearest.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "saturates; then limited to 32 bits"
+    )]
+    pub fn units(&self, rad: f64) -> i64 {
+        libm::round(rad * self.constants.units_per_rad) as i64 + self.zero
+    }
+
+    /// Measured motor angle, rad.
+    #[must_use]
+    pub fn actual_rad(&self) -> f64 {
+        self.rad(self.actual)
+    }
+
+    /// Measured position relative to zero, drive units.
+    #[must_use]
+    pub const fn actual_from_zero(&self) -> i64 {
+        self.actual - self.zero
+    }
+
+    /// The demand that belongs to the measured position, relative to zero, drive units.
+    ///
+    /// In csp the drive attains the target it latched one SYNC earlier; in cst the loop is closed
+    /// here, on the demand of this very step.
+    #[must_use]
+    pub const fn demand_from_zero(&self) -> i64 {
+        let [now, _, before] = self.demands;
+        (match self.law {
+            ServoLaw::DrivePosition => before,
+            ServoLaw::Original | ServoLaw::FeedForward => now,
+        }) - self.zero
+    }
+
+    /// The demand just made, relative to zero, drive units.
+    #[must_use]
+    pub const fn latest_demand_from_zero(&self) -> i64 {
+        let [now, ..] = self.demands;
+        now - self.zero
+    }
+
+    /// Demand minus actual of the same instant, rad.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "drive units fit 32 bits")]
+    pub fn following_error_rad(&self) -> f64 {
+        (self.demand_from_zero() - self.actual_from_zero()) as f64 / self.constants.units_per_rad
+    }
+
+    /// Greatest following error since it was last asked for, drive units.
+    pub const fn take_following_error(&mut self) -> u32 {
+        let worst = self.following_error_max;
+        self.following_error_max = 0;
+        worst
+    }
+
+    /// A new measurement, drive units; `false` if the encoder cannot have moved that far.
+    pub fn measure(&mut self, units: i32) -> bool {
+        let units = i64::from(units);
+        let plausible = !self.known || (units - self.actual).abs() <= self.constants.jump_units;
+        self.actual = units;
+        self.known = true;
+        plausible
+    }
+
+    /// Hold where the axis stands; regulators start from the torque that holds it now.
+    pub fn settle(&mut self, current_ma: f64) {
+        self.demands = [self.actual; 3];
+        self.original = OriginalState::holding(&self.constants.original, current_ma);
+        self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
+    }
+
+    /// Motor angle 0 is at this position from now on.
+    pub const fn set_zero(&mut self, units: i64) {
+        self.zero = units;
+        self.homed = true;
+    }
+
+    /// The zero, drive units.
+    #[must_use]
+    pub const fn zero(&self) -> i64 {
+        self.zero
+    }
+
+    /// The law in force.
+    #[must_use]
+    pub const fn law(&self) -> ServoLaw {
+        self.law
+    }
+
+    /// Change the law; the regulators start from the torque that holds the axis now.
+    pub fn select(&mut self, law: ServoLaw, current_ma: f64) {
+        self.law = law;
+        self.original = OriginalState::holding(&self.constants.original, current_ma);
+        self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
+    }
+
+    /// One servo step under torque: the controlword and the target for the drive.
+    ///
+    /// `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
+    pub fn servo(
+        &mut self,
+        demand: Demand,
+        state: Option<PowerState>,
+        rated_mnm: u32,
+        ts: f64,
+    ) -> Target {
+        let last = self.demands;
+        let [previous, before, _] = last;
+        let units = self.units(demand.position);
+        self.demands = [units, previous, before];
+        let follows = state == Some(PowerState::OperationEnabled);
+        if follows {
+            let error = (self.demand_from_zero() - self.actual_from_zero()).unsigned_abs();
+            let error = u32::try_from(error).unwrap_or(u32::MAX);
+            if error > self.following_error_max {
+                self.following_error_max = error;
+            }
+        }
+        let ma = match self.law {
+            ServoLaw::DrivePosition => {
+                return Target::Position(narrow(units));
+            }
+            // torque only once the drive follows, else the integrals wind up
+            _ if !follows => 0.0,
+            ServoLaw::Original => {
+                // The increments since the last step and, in them, what was left of the error.
+                let per_increment = UNITS_PER_INCREMENT as f64;
+                let demanded = (units - previous) as f64 / per_increment;
+                let measured = self.original.measured(self.actual, per_increment);
+                self.constants
+                    .original
+                    .step(&mut self.original, demanded, measured)
+            }
+            ServoLaw::FeedForward => {
+                let actual = self.actual_rad();
+                self.constants
+                    .feed_forward
+                    .step(&mut self.modern, demand, actual, ts)
+            }
+        };
+        let per_mille = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
+        Target::Torque(per_mille_i16(per_mille))
+    }
+
+    /// Without torque the demand follows the axis.
+    pub fn idle(&mut self) -> Target {
+        self.demands = [self.actual; 3];
+        match self.law {
+            ServoLaw::DrivePosition => Target::Position(narrow(self.actual)),
+            ServoLaw::Original | ServoLaw::FeedForward => Target::Torque(0),
+        }
+    }
+
+    /// Has the following error left its window? The window opens with speed (rad/s).
+    #[must_use]
+    pub fn beyond_window(&self, velocity: f64) -> bool {
+        let share = libm::fabs(velocity) / self.constants.full_speed;
+        let share = if share > 1.0 { 1.0 } else { share };
+        let window =
+            self.constants.following_window_rad * (WINDOW_AT_REST + (1.0 - WINDOW_AT_REST) * share);
+        libm::fabs(self.following_error_rad()) > window
+    }
+
+    /// Towards a power state: the controlword.
+    pub fn controlword(&mut self, goal: Goal, status: Statusword) -> u16 {
+        self.master.set_goal(goal);
+        self.master.next(status).0
+    }
+}
+
+/// The 32 bits of the drive's position.
+fn narrow(units: i64) -> i32 {
+    i32::try_from(units).unwrap_or(if units < 0 { i32::MIN } else { i32::MAX })
+}
+
+fn per_mille_i16(x: f64) -> i16 {
+    let bounded = if x > 32_767.0 {
+        32_767.0
+    } else if x < -32_767.0 {
+        -32_767.0
+    } else {
+        libm::round(x)
+    };
+    #[expect(clippy::cast_possible_truncation, reason = "bounded above")]
+    let per_mille = bounded as i16;
+    per_mille
+}

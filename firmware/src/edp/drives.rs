@@ -1,0 +1,138 @@
+//! The drives as the node sees them: CANopen master of one robot's axes.
+//!
+//! Each [`DriveLink`] brings one CiA 402 drive from power-up to "operational" by a fixed script of
+//! SDO writes, then exchanges process data with it at every SYNC. It decides nothing about motion.
+
+mod link;
+mod script;
+
+pub use link::{DriveLink, Task};
+pub use script::AxisSetup;
+
+use crate::config::DriveAddress;
+use crate::io::Port;
+use protocol::canopen::sync::SyncProducer;
+use protocol::canopen::{nmt, node::NodeId as DriveId, node::standard};
+use protocol::fault::Cause;
+use protocol::frame::Frame;
+use protocol::time::Micros;
+
+/// What one axis reported for one SYNC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AxisActual {
+    /// Position, drive units.
+    pub position: i32,
+    /// Torque, per mille of rated.
+    pub torque: i16,
+    /// Statusword.
+    pub statusword: u16,
+    /// Did it arrive for this SYNC? If not, the values are the last ones.
+    pub fresh: bool,
+}
+
+/// All drives of the robot.
+#[derive(Debug)]
+pub struct Drives<const N: usize> {
+    links: [DriveLink; N],
+    sync: SyncProducer,
+    master: DriveId,
+    heartbeat: nmt::HeartbeatProducer,
+    buses: u8,
+}
+
+/// The period of the node's own heartbeat to its drives; they watch for three times that.
+pub const MASTER_HEARTBEAT: Micros = Micros::from_millis(100);
+
+impl<const N: usize> Drives<N> {
+    /// Drives at these addresses, nothing known of them yet.
+    pub fn new(
+        now: Micros,
+        addresses: &[DriveAddress; N],
+        setups: &[AxisSetup; N],
+        sync_cob: u16,
+        master: DriveId,
+    ) -> Self {
+        let mut k = 0_usize;
+        let links = addresses.map(|address| {
+            let setup = setups.get(k).copied().unwrap_or_default();
+            k = k.saturating_add(1);
+            DriveLink::new(now, address, setup)
+        });
+        let buses = addresses
+            .iter()
+            .map(|a| a.bus.saturating_add(1))
+            .max()
+            .unwrap_or(0);
+        Self {
+            links,
+            sync: SyncProducer::new(sync_cob, 0),
+            master,
+            heartbeat: nmt::HeartbeatProducer::new(now, MASTER_HEARTBEAT),
+            buses,
+        }
+    }
+
+    /// The links, in axis order.
+    pub const fn links(&self) -> &[DriveLink; N] {
+        &self.links
+    }
+
+    /// One link.
+    pub fn link_mut(&mut self, axis: usize) -> Option<&mut DriveLink> {
+        self.links.get_mut(axis)
+    }
+
+    /// A frame from a drive bus.
+    pub fn on_frame(&mut self, now: Micros, bus: u8, frame: &Frame) {
+        let Some(cob) = standard(frame) else { return };
+        let id = (cob & 0x7F) as u8;
+        let at = |link: &&mut DriveLink| link.address().bus == bus && link.address().id.get() == id;
+        if let Some(link) = self.links.iter_mut().find(at) {
+            link.on_frame(now, cob & !0x7F, frame);
+        }
+    }
+
+    /// Forget what was known and configure every drive again.
+    pub fn restart(&mut self, now: Micros) {
+        for link in &mut self.links {
+            link.restart(now);
+        }
+    }
+
+    /// Send SYNC on every drive bus: drives latch their targets and sample their actual values.
+    pub fn sync(&mut self, tx: &mut impl FnMut(Port, Frame)) {
+        let frame = self.sync.produce();
+        for bus in 0..self.buses {
+            tx(Port::Drives(bus), frame);
+        }
+        for link in &mut self.links {
+            link.on_sync();
+        }
+    }
+
+    /// Configuration, requests in progress, heartbeats; after the servo's frames are out.
+    pub fn poll(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+        if self.heartbeat.due(now) {
+            let frame = nmt::heartbeat_frame(self.master, nmt::State::Operational);
+            for bus in 0..self.buses {
+                tx(Port::Drives(bus), frame);
+            }
+        }
+        for link in &mut self.links {
+            link.poll(now, tx);
+        }
+    }
+
+    /// Are all drives configured and operational?
+    pub fn ready(&self) -> bool {
+        self.links.iter().all(DriveLink::is_ready)
+    }
+
+    /// The first thing that is wrong with a drive, and with which.
+    pub fn fault(&self) -> Option<(usize, Cause)> {
+        self.links
+            .iter()
+            .enumerate()
+            .find_map(|(axis, link)| Some((axis, link.fault()?)))
+    }
+}

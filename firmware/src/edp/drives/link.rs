@@ -1,0 +1,462 @@
+//! One drive.
+
+use super::AxisActual;
+use super::script::{AxisSetup, DRIVE_HEARTBEAT_MS, Script};
+use crate::config::DriveAddress;
+use crate::io::Port;
+use protocol::canopen::axis::{self, Actual, Inputs, Target};
+use protocol::canopen::cia402::{self, PowerState, Statusword};
+use protocol::canopen::emcy::Emergency;
+use protocol::canopen::nmt::{self, Heard, HeartbeatConsumer};
+use protocol::canopen::node::{self, Function};
+use protocol::canopen::objects::index;
+use protocol::canopen::pdo::Value;
+use protocol::canopen::sdo::{Address, Client, Outcome, Progress};
+use protocol::fault::Cause;
+use protocol::frame::Frame;
+use protocol::time::Micros;
+
+/// A drive that has not booted in this time after a reset is missing: slow ones take 2 s.
+const BOOT_TIMEOUT: Micros = Micros::from_millis(3000);
+/// The drive's heartbeat may be missing for three of its periods.
+const HEARTBEAT_WINDOW: Micros = Micros::from_millis(3 * DRIVE_HEARTBEAT_MS as u64);
+/// SYNCs without an answer before the drive counts as silent.
+const SILENT_AFTER: u8 = 3;
+/// The object that says what a device is.
+const DEVICE_TYPE_INDEX: u16 = 0x1000;
+/// CiA 402 servo drive.
+const DEVICE_TYPE: u32 = 0x0002_0192;
+
+/// An acyclic task for a drive in operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Latch the next index pulse.
+    ArmIndex,
+    /// Change the mode of operation.
+    SetMode(i8),
+}
+
+#[derive(Clone, Debug)]
+enum Phase {
+    /// Reset was sent; waiting for the boot-up message.
+    Booting { reset_at: Option<Micros> },
+    /// Reading what must be known.
+    Identifying { step: u8 },
+    /// Writing the script.
+    Configuring { script: Script },
+    /// In operation.
+    Ready,
+    /// Given up.
+    Failed(Cause),
+}
+
+/// What the SDO channel is busy with in operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Acyclic {
+    Idle,
+    DisarmIndex,
+    ArmIndex,
+    AwaitIndex,
+    ReadIndex,
+    SetMode(i8),
+}
+
+/// Values that every drive is asked for: (index, sub).
+const IDENTIFY: [(u16, u8); 3] = [
+    (DEVICE_TYPE_INDEX, 0),
+    (index::RATED_TORQUE, 0),
+    (index::DIGITAL_INPUTS, 0),
+];
+
+/// The node's view of one drive.
+#[derive(Debug)]
+pub struct DriveLink {
+    address: DriveAddress,
+    setup: AxisSetup,
+    phase: Phase,
+    sdo: Client<8>,
+    outgoing: Option<[u8; 8]>,
+    acyclic: Acyclic,
+    task: Option<Task>,
+    heartbeat: HeartbeatConsumer,
+    heartbeat_lost: bool,
+    emergency: Option<Emergency>,
+    actual: AxisActual,
+    missed: u8,
+    inputs: u32,
+    probe: u16,
+    index: Option<i32>,
+    rated_torque_mnm: u32,
+    mode: i8,
+}
+
+impl DriveLink {
+    /// Nothing known yet.
+    pub fn new(now: Micros, address: DriveAddress, setup: AxisSetup) -> Self {
+        Self {
+            address,
+            setup,
+            phase: Phase::Booting { reset_at: None },
+            sdo: Client::default(),
+            outgoing: None,
+            acyclic: Acyclic::Idle,
+            task: None,
+            heartbeat: HeartbeatConsumer::new(now, address.id, HEARTBEAT_WINDOW),
+            heartbeat_lost: false,
+            emergency: None,
+            actual: AxisActual::default(),
+            missed: 0,
+            inputs: 0,
+            probe: 0,
+            index: None,
+            rated_torque_mnm: 0,
+            mode: setup.mode,
+        }
+    }
+
+    /// Where it is.
+    pub const fn address(&self) -> DriveAddress {
+        self.address
+    }
+
+    /// Configured and in operation.
+    pub const fn is_ready(&self) -> bool {
+        matches!(self.phase, Phase::Ready)
+    }
+
+    /// The latest process data.
+    pub const fn actual(&self) -> AxisActual {
+        self.actual
+    }
+
+    /// Its statusword.
+    pub const fn statusword(&self) -> Statusword {
+        Statusword(self.actual.statusword)
+    }
+
+    /// Its power state.
+    pub const fn state(&self) -> Option<PowerState> {
+        Statusword(self.actual.statusword).state()
+    }
+
+    /// The home switch.
+    pub const fn home_switch(&self) -> bool {
+        self.inputs & cia402::input::HOME != 0
+    }
+
+    /// The position latched at the index since it was armed, drive units.
+    pub const fn index(&self) -> Option<i32> {
+        self.index
+    }
+
+    /// Rated torque, mN·m.
+    pub const fn rated_torque_mnm(&self) -> u32 {
+        self.rated_torque_mnm
+    }
+
+    /// The mode of operation it has confirmed.
+    pub const fn mode(&self) -> i8 {
+        self.mode
+    }
+
+    /// The last emergency message, if one is active.
+    pub const fn emergency(&self) -> Option<Emergency> {
+        self.emergency
+    }
+
+    /// Is an acyclic task waiting or under way?
+    pub fn busy(&self) -> bool {
+        self.task.is_some() || !matches!(self.acyclic, Acyclic::Idle | Acyclic::AwaitIndex)
+    }
+
+    /// Ask for an acyclic task; a later one replaces one that has not begun.
+    pub fn request(&mut self, task: Task) {
+        if task == Task::ArmIndex {
+            self.index = None;
+        }
+        self.task = Some(task);
+    }
+
+    /// Reset and configure it again.
+    pub fn restart(&mut self, now: Micros) {
+        *self = Self::new(
+            now,
+            self.address,
+            AxisSetup {
+                mode: self.mode,
+                ..self.setup
+            },
+        );
+    }
+
+    /// What is wrong, if anything is.
+    pub fn fault(&self) -> Option<Cause> {
+        match self.phase {
+            Phase::Failed(cause) => Some(cause),
+            Phase::Ready => {
+                if self.emergency.is_some() || self.state() == Some(PowerState::Fault) {
+                    Some(Cause::DriveFault)
+                } else if self.heartbeat_lost {
+                    Some(Cause::DriveHeartbeat)
+                } else if self.missed >= SILENT_AFTER {
+                    Some(Cause::DriveSilent)
+                } else {
+                    None
+                }
+            }
+            Phase::Booting { .. } | Phase::Identifying { .. } | Phase::Configuring { .. } => None,
+        }
+    }
+
+    /// SYNC is going out.
+    pub(super) fn on_sync(&mut self) {
+        if self.actual.fresh {
+            self.missed = 0;
+        } else if self.is_ready() {
+            self.missed = self.missed.saturating_add(1);
+        }
+        self.actual.fresh = false;
+    }
+
+    /// A frame of this drive; `function` is its COB-ID without the node id.
+    pub(super) fn on_frame(&mut self, now: Micros, function: u16, frame: &Frame) {
+        let data = frame.data();
+        if function == Function::Tpdo1 as u16 {
+            if let Some(Actual {
+                statusword,
+                position,
+                torque,
+            }) = Actual::decode(data)
+            {
+                self.actual = AxisActual {
+                    position,
+                    torque,
+                    statusword,
+                    fresh: true,
+                };
+            }
+        } else if function == Function::Tpdo2 as u16 {
+            if let Some(Inputs {
+                inputs,
+                touch_probe,
+            }) = Inputs::decode(data)
+            {
+                self.inputs = inputs;
+                self.probe = touch_probe;
+            }
+        } else if function == Function::SdoAnswer as u16 {
+            let progress = self.sdo.on_answer(now, data);
+            self.sdo_progress(progress);
+        } else if function == Function::Emergency as u16 {
+            if let Some((_, emergency)) = Emergency::decode(frame) {
+                self.emergency = (emergency.code.0 != 0).then_some(emergency);
+            }
+        } else {
+            match self.heartbeat.on_frame(now, frame) {
+                Some(Heard::BootUp) => self.booted(),
+                Some(Heard::Appeared(_)) => self.heartbeat_lost = false,
+                _ => {}
+            }
+        }
+    }
+
+    /// The drive (re)started: expected after a reset, a fault in operation.
+    fn booted(&mut self) {
+        match self.phase {
+            Phase::Booting { reset_at: Some(_) } => {
+                self.phase = Phase::Identifying { step: 0 };
+            }
+            Phase::Ready => self.phase = Phase::Failed(Cause::DriveDisabled),
+            Phase::Booting { reset_at: None }
+            | Phase::Identifying { .. }
+            | Phase::Configuring { .. }
+            | Phase::Failed(_) => {}
+        }
+    }
+
+    fn sdo_progress(&mut self, progress: Progress) {
+        match progress {
+            Progress::Ignored => {}
+            Progress::Send(data) => self.outgoing = Some(data),
+            Progress::Done(outcome) => self.sdo_done(outcome),
+            Progress::Abort(data, outcome) => {
+                self.outgoing = Some(data);
+                self.sdo_done(outcome);
+            }
+        }
+    }
+
+    fn sdo_done(&mut self, outcome: Outcome) {
+        let ok = matches!(outcome, Outcome::Downloaded(_) | Outcome::Uploaded(_));
+        match &mut self.phase {
+            Phase::Identifying { step } => {
+                let number = self.sdo.number().unwrap_or(0);
+                let accepted = ok
+                    && match *step {
+                        0 => number == DEVICE_TYPE,
+                        1 => {
+                            self.rated_torque_mnm = number;
+                            number > 0
+                        }
+                        _ => {
+                            self.inputs = number;
+                            true
+                        }
+                    };
+                *step = step.saturating_add(1);
+                if !accepted {
+                    self.phase = Phase::Failed(Cause::DriveConfiguration);
+                } else if usize::from(*step) >= IDENTIFY.len() {
+                    self.phase = Phase::Configuring {
+                        script: Script::new(),
+                    };
+                }
+            }
+            Phase::Configuring { .. } if !ok => {
+                self.phase = Phase::Failed(Cause::DriveConfiguration);
+            }
+            Phase::Ready => self.acyclic_done(ok),
+            Phase::Configuring { .. } | Phase::Booting { .. } | Phase::Failed(_) => {}
+        }
+    }
+
+    fn acyclic_done(&mut self, ok: bool) {
+        if !ok {
+            self.phase = Phase::Failed(Cause::DriveConfiguration);
+            return;
+        }
+        self.acyclic = match self.acyclic {
+            Acyclic::DisarmIndex => Acyclic::ArmIndex,
+            Acyclic::ArmIndex => Acyclic::AwaitIndex,
+            Acyclic::ReadIndex => {
+                let [a, b, c, d] = self.sdo.number().unwrap_or(0).to_le_bytes();
+                self.index = Some(i32::from_le_bytes([a, b, c, d]));
+                Acyclic::Idle
+            }
+            Acyclic::SetMode(mode) => {
+                self.mode = mode;
+                Acyclic::Idle
+            }
+            Acyclic::Idle | Acyclic::AwaitIndex => Acyclic::Idle,
+        };
+    }
+
+    /// What is due: requests, time-outs.
+    pub(super) fn poll(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+        let port = Port::Drives(self.address.bus);
+        if let Some(Heard::Lost | Heard::NeverHeard) = self.heartbeat.poll(now)
+            && self.is_ready()
+        {
+            self.heartbeat_lost = true;
+        }
+        if let Some(progress) = self.sdo.poll(now) {
+            self.sdo_progress(progress);
+        }
+        if self.outgoing.is_none() && self.sdo.is_idle() {
+            self.outgoing = self.next_request(now, port, tx);
+        }
+        if let Some(data) = self.outgoing.take() {
+            tx(
+                port,
+                node::frame(self.address.id.cob(Function::SdoRequest), data),
+            );
+        }
+    }
+
+    fn next_request(
+        &mut self,
+        now: Micros,
+        port: Port,
+        tx: &mut impl FnMut(Port, Frame),
+    ) -> Option<[u8; 8]> {
+        let id = self.address.id;
+        let target = nmt::Target::Node(id);
+        match &mut self.phase {
+            Phase::Booting {
+                reset_at: Some(since),
+            } => {
+                if now.since(*since) > BOOT_TIMEOUT {
+                    self.phase = Phase::Failed(Cause::DriveHeartbeat);
+                }
+                None
+            }
+            Phase::Booting { reset_at } => {
+                *reset_at = Some(now);
+                tx(
+                    port,
+                    nmt::command_frame(nmt::Command::ResetCommunication, target),
+                );
+                None
+            }
+            Phase::Identifying { step } => {
+                let (index, sub) = *IDENTIFY.get(usize::from(*step))?;
+                self.sdo.upload(now, Address::new(index, sub)).ok()
+            }
+            Phase::Configuring { script } => match script.next(id, &self.setup) {
+                Some(write) => self.sdo.download(now, write.at, write.value.data()).ok(),
+                None => {
+                    tx(port, nmt::command_frame(nmt::Command::Start, target));
+                    self.phase = Phase::Ready;
+                    self.heartbeat = HeartbeatConsumer::new(now, id, HEARTBEAT_WINDOW);
+                    None
+                }
+            },
+            Phase::Ready => self.next_acyclic(now),
+            Phase::Failed(_) => None,
+        }
+    }
+
+    fn next_acyclic(&mut self, now: Micros) -> Option<[u8; 8]> {
+        if let Acyclic::Idle | Acyclic::AwaitIndex = self.acyclic
+            && let Some(task) = self.task.take()
+        {
+            self.acyclic = match task {
+                Task::ArmIndex => Acyclic::DisarmIndex,
+                Task::SetMode(mode) => Acyclic::SetMode(mode),
+            };
+        }
+        if self.acyclic == Acyclic::AwaitIndex && self.probe & cia402::probe::POSITIVE_STORED != 0 {
+            self.acyclic = Acyclic::ReadIndex;
+        }
+        let write = |sdo: &mut Client<8>, object, value: Value| {
+            sdo.download(now, Address::new(object, 0), value.data())
+                .ok()
+        };
+        match self.acyclic {
+            Acyclic::Idle | Acyclic::AwaitIndex => None,
+            Acyclic::DisarmIndex => {
+                self.probe = 0;
+                write(&mut self.sdo, index::TOUCH_PROBE, Value::half(0))
+            }
+            Acyclic::ArmIndex => {
+                self.probe = 0;
+                write(
+                    &mut self.sdo,
+                    index::TOUCH_PROBE,
+                    Value::half(cia402::probe::INDEX_ONCE),
+                )
+            }
+            Acyclic::ReadIndex => self
+                .sdo
+                .upload(now, Address::new(index::TOUCH_PROBE_POSITIVE, 0))
+                .ok(),
+            Acyclic::SetMode(mode) => {
+                let [mode] = mode.to_le_bytes();
+                write(&mut self.sdo, index::MODE, Value::byte(mode))
+            }
+        }
+    }
+
+    /// Send the process data of one servo step.
+    pub(crate) fn command(
+        &mut self,
+        controlword: u16,
+        target: Target,
+        tx: &mut impl FnMut(Port, Frame),
+    ) {
+        if self.is_ready() {
+            let frame = axis::command(self.address.id, controlword, target);
+            tx(Port::Drives(self.address.bus), frame);
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! How a drive is configured: the SDO writes between power-up and "operational".
+
+use protocol::canopen::axis;
+use protocol::canopen::node::NodeId as DriveId;
+use protocol::canopen::objects::index;
+use protocol::canopen::pdo::{Direction, Setup, SetupWrite, Value};
+use protocol::canopen::sdo::Address;
+use protocol::time::Micros;
+
+/// What the node tells a drive about its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AxisSetup {
+    /// SYNC's COB-ID.
+    pub sync_cob: u16,
+    /// SYNC period.
+    pub period: Micros,
+    /// The CANopen id under which the node's own heartbeat comes.
+    pub master: u8,
+    /// Following-error window of the drive, drive units.
+    pub following_window: u32,
+    /// Deceleration of a quick stop, drive units/s².
+    pub quick_stop_deceleration: u32,
+    /// Greatest torque, per mille of rated; 0 = leave as it is.
+    pub max_torque: u16,
+    /// Mode of operation at start (csp 8, cst 10).
+    pub mode: i8,
+}
+
+impl Default for AxisSetup {
+    fn default() -> Self {
+        Self {
+            sync_cob: 0x080,
+            period: Micros(2000),
+            master: 127,
+            following_window: 1_000_000,
+            quick_stop_deceleration: 100_000_000,
+            max_torque: 0,
+            mode: 8,
+        }
+    }
+}
+
+/// The drive's own heartbeat period, ms.
+pub(super) const DRIVE_HEARTBEAT_MS: u16 = 100;
+/// For how long the drive waits for the node's heartbeat, ms: three periods.
+const MASTER_WINDOW_MS: u32 = 300;
+/// For how long a following error may last before the drive trips, ms.
+const FOLLOWING_TIMEOUT_MS: u16 = 20;
+/// 6007: what a drive does when the node's heartbeat is lost: quick stop.
+const ABORT_CONNECTION_QUICK_STOP: u16 = 3;
+/// 605A, 605E: ramp down with the quick-stop deceleration, then torque off.
+const RAMP_THEN_OFF: u16 = 2;
+
+/// Position in the script.
+#[derive(Clone, Debug)]
+pub(super) enum Script {
+    Objects(u8),
+    Rpdo1(Setup<'static>),
+    Rpdo2(Setup<'static>),
+    Tpdo1(Setup<'static>),
+    Tpdo2(Setup<'static>),
+    End,
+}
+
+/// 60C2: the interpolation period as value · 10^exponent seconds.
+fn interpolation_period(period: Micros) -> (u8, i8) {
+    let mut value = period.0;
+    let mut exponent = -6_i8;
+    while value > 0 && value % 10 == 0 && exponent < 0 {
+        value /= 10;
+        exponent += 1;
+    }
+    (u8::try_from(value).unwrap_or(u8::MAX), exponent)
+}
+
+fn object(setup: &AxisSetup, step: u8) -> Option<SetupWrite> {
+    let (digits, exponent) = interpolation_period(setup.period);
+    let [exponent] = exponent.to_le_bytes();
+    let [mode] = setup.mode.to_le_bytes();
+    let window = u32::from(setup.master) << 16 | MASTER_WINDOW_MS;
+    let period = u32::try_from(setup.period.0).unwrap_or(u32::MAX);
+    let (index, sub, value) = match step {
+        0 => (index::SYNC_COB, 0, Value::word(u32::from(setup.sync_cob))),
+        1 => (index::CYCLE_PERIOD, 0, Value::word(period)),
+        2 => (index::CONSUMER_HEARTBEAT, 1, Value::word(window)),
+        3 => (
+            index::PRODUCER_HEARTBEAT,
+            0,
+            Value::half(DRIVE_HEARTBEAT_MS),
+        ),
+        4 => (
+            index::ABORT_CONNECTION,
+            0,
+            Value::half(ABORT_CONNECTION_QUICK_STOP),
+        ),
+        5 => (index::QUICK_STOP_OPTION, 0, Value::half(RAMP_THEN_OFF)),
+        6 => (index::FAULT_OPTION, 0, Value::half(RAMP_THEN_OFF)),
+        7 => (
+            index::QUICK_STOP_DECELERATION,
+            0,
+            Value::word(setup.quick_stop_deceleration),
+        ),
+        8 => (
+            index::FOLLOWING_WINDOW,
+            0,
+            Value::word(setup.following_window),
+        ),
+        9 => (
+            index::FOLLOWING_TIMEOUT,
+            0,
+            Value::half(FOLLOWING_TIMEOUT_MS),
+        ),
+        10 => (index::INTERPOLATION_PERIOD, 1, Value::byte(digits)),
+        11 => (index::INTERPOLATION_PERIOD, 2, Value::byte(exponent)),
+        12 => (index::TOUCH_PROBE, 0, Value::half(0)),
+        13 => (index::MODE, 0, Value::byte(mode)),
+        14 if setup.max_torque > 0 => (index::MAX_TORQUE, 0, Value::half(setup.max_torque)),
+        _ => return None,
+    };
+    Some(SetupWrite {
+        at: Address::new(index, sub),
+        value,
+    })
+}
+
+impl Script {
+    pub(super) const fn new() -> Self {
+        Self::Objects(0)
+    }
+
+    /// The next write, `None` when the drive is configured.
+    pub(super) fn next(&mut self, node: DriveId, setup: &AxisSetup) -> Option<SetupWrite> {
+        // one pass per section at most
+        for _ in 0..6 {
+            let (write, after) = match self {
+                Self::Objects(step) => {
+                    let write = object(setup, *step);
+                    *step = step.saturating_add(1);
+                    let pdo =
+                        Setup::new(Direction::Receive, 1, axis::rpdo1(node), &axis::RPDO1_CSP);
+                    (write, Self::Rpdo1(pdo))
+                }
+                Self::Rpdo1(pdo) => {
+                    let next =
+                        Setup::new(Direction::Receive, 2, axis::rpdo2(node), &axis::RPDO2_CST);
+                    (pdo.next(), Self::Rpdo2(next))
+                }
+                Self::Rpdo2(pdo) => {
+                    let next = Setup::new(Direction::Transmit, 1, axis::tpdo1(node), &axis::TPDO1);
+                    (pdo.next(), Self::Tpdo1(next))
+                }
+                Self::Tpdo1(pdo) => {
+                    let next = Setup::new(Direction::Transmit, 2, axis::tpdo2(node), &axis::TPDO2);
+                    (pdo.next(), Self::Tpdo2(next))
+                }
+                Self::Tpdo2(pdo) => (pdo.next(), Self::End),
+                Self::End => return None,
+            };
+            if write.is_some() {
+                return write;
+            }
+            *self = after;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn interpolation_periods() {
+        assert_eq!(interpolation_period(Micros(2000)), (2, -3));
+        assert_eq!(interpolation_period(Micros(1000)), (1, -3));
+        assert_eq!(interpolation_period(Micros(2500)), (25, -4));
+        assert_eq!(interpolation_period(Micros(250)), (25, -5));
+    }
+}

@@ -1,0 +1,237 @@
+//! From a robot's description and a node's configuration to everything the EDP computes with.
+
+use crate::config::{DriveAddress, NodeConfig};
+use crate::ecp::Limits;
+use crate::ecp::generator::axis_move::MotorShare;
+use crate::edp::axis::AxisConstants;
+use crate::edp::drives::AxisSetup;
+use crate::edp::homing::HomingParameters;
+use crate::edp::limits::Bounds;
+use crate::edp::servo::{FeedForwardGains, OriginalGains};
+use motion::AxisEnvelope;
+use motion::profile::AxisLimits;
+use protocol::canopen::cia402::Mode;
+use protocol::canopen::node::NodeId as DriveId;
+use protocol::message::ServoLaw;
+use protocol::time::Micros;
+use protocol::units::UNITS_PER_INCREMENT;
+use robots::{AxisDescription, Robot, VelocityFactor};
+
+/// What a path between knots may use of the hard acceleration and jerk; the rest is room to stop
+/// on the path.
+const PLAN_ACCELERATION: f64 = 0.4;
+const PLAN_JERK: f64 = 0.3;
+/// What a path may use of the hard velocity: a stop tail that begins at full acceleration still
+/// gains 32/27·a²/j = 4.4 rad/s at the IRp-6's limits, of 50 rad/s.
+const PLAN_VELOCITY: f64 = 0.91;
+/// What a generator plans with, as a fraction of that: interpolation between knots overshoots.
+const GENERATOR_VELOCITY: f64 = 0.98;
+/// Before homing there are no position limits to keep; a bound for the arithmetic, rad.
+const UNBOUNDED_RAD: f64 = 1e5;
+
+/// Everything the EDP computes with.
+#[derive(Clone, Debug)]
+pub struct EdpSetup<const N: usize> {
+    /// Servo step, s.
+    pub servo_step_s: f64,
+    /// Macrostep.
+    pub macrostep: Micros,
+    /// Where the drives are.
+    pub addresses: [DriveAddress; N],
+    /// How the drives are configured.
+    pub scripts: [AxisSetup; N],
+    /// COB-ID of SYNC.
+    pub sync_cob: u16,
+    /// CANopen id of the node.
+    pub master: DriveId,
+    /// Constants of the loops.
+    pub axes: [AxisConstants; N],
+    /// Homing.
+    pub homing: [HomingParameters; N],
+    /// Trip currents, mA.
+    pub overcurrent_ma: [f64; N],
+    /// The servo law in force.
+    pub law: ServoLaw,
+    /// The gate, homed.
+    homed_bounds: [Bounds; N],
+}
+
+impl<const N: usize> EdpSetup<N> {
+    /// For a robot and a configuration; the configuration has been validated.
+    pub fn new<R: Robot<N>>(robot: &R, config: &NodeConfig<N>) -> Self {
+        let description = robot.description();
+        let period = Micros(u64::from(description.servo_step_us));
+        let factor = config.velocity_factor;
+        let axes = description
+            .axes
+            .each_ref()
+            .map(|axis| constants(axis, factor));
+        let mode = match config.law {
+            ServoLaw::DrivePosition => Mode::Csp,
+            ServoLaw::Original | ServoLaw::FeedForward => Mode::Cst,
+        };
+        Self {
+            servo_step_s: period.as_secs_f64(),
+            macrostep: Micros(period.0 * u64::from(description.macrostep)),
+            addresses: config.drives,
+            scripts: description.axes.each_ref().map(|axis| AxisSetup {
+                sync_cob: config.sync_cob,
+                period,
+                master: config.master.get(),
+                following_window: saturate(
+                    i64::from(axis.following_error_increments) * UNITS_PER_INCREMENT,
+                ),
+                quick_stop_deceleration: saturate_f64(
+                    axis.hard_limits.acceleration * units_per_rad(axis),
+                ),
+                max_torque: 0,
+                mode: mode.code(),
+            }),
+            sync_cob: config.sync_cob,
+            master: config.master,
+            axes,
+            homing: description.axes.each_ref().map(|axis| HomingParameters {
+                coarse_rad_s: axis.homing.coarse_velocity,
+                fine_rad_s: axis.homing.fine_velocity,
+                travel_rad: axis.motor_position.upper - axis.motor_position.lower,
+                limits: AxisLimits {
+                    v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,
+                    a: axis.planning_limits.acceleration,
+                    j: axis.planning_limits.jerk,
+                },
+            }),
+            overcurrent_ma: description
+                .axes
+                .each_ref()
+                .map(|axis| f64::from(axis.overcurrent_ma)),
+            law: config.law,
+            homed_bounds: description.axes.each_ref().map(|axis| Bounds {
+                lower: axis.motor_position.lower,
+                upper: axis.motor_position.upper,
+                velocity: axis.hard_limits.velocity * factor,
+                acceleration: axis.hard_limits.acceleration,
+                jerk: axis.hard_limits.jerk,
+            }),
+        }
+    }
+
+    /// The bounds of the gate.
+    #[must_use]
+    pub fn bounds(&self, homed: bool) -> [Bounds; N] {
+        if homed {
+            return self.homed_bounds;
+        }
+        self.homed_bounds.map(|b| Bounds {
+            lower: -UNBOUNDED_RAD,
+            upper: UNBOUNDED_RAD,
+            ..b
+        })
+    }
+
+    /// What the interpolator may do.
+    #[must_use]
+    pub fn envelopes(&self, homed: bool) -> [AxisEnvelope; N] {
+        self.bounds(homed).map(|b| {
+            let hard = AxisLimits {
+                v: b.velocity,
+                a: b.acceleration,
+                j: b.jerk,
+            };
+            let plan = AxisLimits {
+                v: hard.v * PLAN_VELOCITY,
+                a: hard.a * PLAN_ACCELERATION,
+                j: hard.j * PLAN_JERK,
+            };
+            AxisEnvelope {
+                lower: b.lower,
+                upper: b.upper,
+                hard,
+                plan,
+                acceleration_step: plan.a,
+            }
+        })
+    }
+
+    /// What the ECP's generators may plan with.
+    pub fn generator_limits<R: Robot<N>>(robot: &R, factor: f64) -> Limits<N> {
+        let description = robot.description();
+        let share = PLAN_VELOCITY * GENERATOR_VELOCITY;
+        let motors = description.axes.each_ref().map(|axis| {
+            let (hard, plan) = (axis.hard_limits.velocity * factor, axis.planning_limits);
+            let v = if plan.velocity < hard {
+                plan.velocity
+            } else {
+                hard
+            };
+            AxisLimits {
+                v: v * share,
+                a: plan.acceleration,
+                j: plan.jerk,
+            }
+        });
+        let factor = VelocityFactor::new(factor).unwrap_or_default();
+        // what the robot's own planning share leaves of the hard velocity, brought down to ours
+        let velocity = share / robots::VELOCITY_SHARE;
+        let joints_anywhere = robot.joint_limits_for_planning(factor).map(|l| AxisLimits {
+            v: l.velocity * velocity,
+            a: l.acceleration,
+            j: l.jerk,
+        });
+        let joints = description.axes.each_ref().map(|axis| {
+            let bend = axis.planning_limits.jerk / axis.planning_limits.acceleration;
+            AxisLimits {
+                v: axis.joint_velocity,
+                a: axis.joint_acceleration,
+                j: axis.joint_acceleration * bend,
+            }
+        });
+        Limits {
+            motors,
+            joints,
+            joints_anywhere,
+            motor_share: MotorShare { factor, velocity },
+            cartesian_velocity: description.cartesian_velocity,
+            cartesian_acceleration: description.cartesian_acceleration,
+        }
+    }
+}
+
+fn units_per_rad(axis: &AxisDescription) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "1000")]
+    let per_increment = UNITS_PER_INCREMENT as f64;
+    f64::from(axis.increments_per_turn) * per_increment / core::f64::consts::TAU
+}
+
+fn constants(axis: &AxisDescription, factor: f64) -> AxisConstants {
+    let (pwm, current) = (axis.pwm_regulator, axis.current_regulator);
+    AxisConstants {
+        units_per_rad: units_per_rad(axis),
+        torque_constant: axis.motor.torque_constant_nm_a,
+        original: OriginalGains {
+            epsilon: pwm.epsilon,
+            a: pwm.a,
+            b0: pwm.b0,
+            b1: pwm.b1,
+            u_max: pwm.limit,
+            ma_per_count: current.gain_ma,
+        },
+        feed_forward: FeedForwardGains::design(&axis.motor, current.limit_ma),
+        following_window_rad: f64::from(axis.following_error_increments) * core::f64::consts::TAU
+            / f64::from(axis.increments_per_turn),
+        full_speed: axis.hard_limits.velocity * factor,
+        jump_units: i64::from(axis.max_increments_per_step) * UNITS_PER_INCREMENT,
+    }
+}
+
+fn saturate(value: i64) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates"
+)]
+fn saturate_f64(value: f64) -> u32 {
+    value as u32
+}

@@ -1,0 +1,563 @@
+//! The controller node: link, lease, ECP and EDP of one robot, as one pure step function.
+//!
+//! ```text
+//!  t_k          SYNC out: drives latch the targets of cycle k−1 and sample their actual values
+//!  t_k + Ts/2   answers are in: supervise, ECP (every macrostep), EDP; targets out for SYNC k+1
+//! ```
+//! The age of feedback is one cycle, constantly. [`Node::step`] is called whenever
+//! [`Node::next_wake`] has come, or earlier with frames that have arrived; it decides what is due.
+
+use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS};
+use crate::config::{ConfigError, NodeConfig};
+use crate::ecp::{Ecp, NoPrograms, Outcome, Programs};
+use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
+use crate::edp::{Edp, EdpSetup};
+use crate::io::{Port, Received};
+use crate::session::Session;
+use crate::vsp::EffortSensor;
+use protocol::clock::Clock;
+use protocol::cyphal::{Heartbeat, NodeInfo};
+use protocol::fault::{Cause, Reaction, Refusal};
+use protocol::frame::Frame;
+use protocol::id::NodeId;
+use protocol::link::{Endpoint, Incoming, Message, Role};
+use protocol::message::{
+    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, StopKind,
+};
+use protocol::schema::{PROTOCOL, SCHEMA_HASH};
+use protocol::time::Micros;
+use protocol::transfer::TransferId;
+use robots::Robot;
+
+/// Feedback to the MP every so many servo steps: 10 ms at 2 ms.
+const FEEDBACK_STEPS: u32 = 5;
+/// With torque on, at rest and nobody in command, torque goes off after this time.
+const HOLD_TIMEOUT: Micros = Micros::from_millis(30_000);
+/// A start time may lie this far ahead at most.
+const START_HORIZON: Micros = Micros::from_millis(10_000);
+
+/// One robot's controller.
+#[derive(Debug)]
+pub struct Node<R, const N: usize, P = NoPrograms> {
+    config: NodeConfig<N>,
+    robot: R,
+    link: Endpoint<LINK_SESSIONS>,
+    clock: Clock,
+    session: Session,
+    ecp: Ecp<R, N, P>,
+    edp: Edp<R, N>,
+    effort: EffortSensor<N>,
+    period: Micros,
+    macrostep: u32,
+    next_sync: Micros,
+    next_servo: Option<Micros>,
+    sampled_at: Micros,
+    ending: bool,
+    alone_since: Option<Micros>,
+    trace_every: u16,
+    announced: bool,
+    events: heapless::Deque<Event, EVENTS>,
+}
+
+impl<R: Robot<N> + Copy, const N: usize> Node<R, N> {
+    /// A node with the built-in instructions only.
+    ///
+    /// # Errors
+    /// [`ConfigError`]
+    pub fn new(now: Micros, robot: R, config: NodeConfig<N>) -> Result<Self, ConfigError> {
+        Self::with_programs(now, robot, config, NoPrograms)
+    }
+}
+
+impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
+    /// A node into which the user's programs are linked.
+    ///
+    /// # Errors
+    /// [`ConfigError`]
+    pub fn with_programs(
+        now: Micros,
+        robot: R,
+        config: NodeConfig<N>,
+        programs: P,
+    ) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let setup = EdpSetup::new(&robot, &config);
+        let limits = EdpSetup::generator_limits(&robot, config.velocity_factor);
+        let macrostep = robot.description().macrostep;
+        let period = Micros(u64::from(robot.description().servo_step_us));
+        let effort = EffortSensor::new(setup.overcurrent_ma, macrostep);
+        let seed = (config.unique_id ^ config.unique_id >> 32) & 0xFFFF_FFFF;
+        Ok(Self {
+            link: Endpoint::new(config.node, Role::Node, config.mtu),
+            clock: Clock::default(),
+            session: Session::new(u32::try_from(seed).unwrap_or(0)),
+            ecp: Ecp::new(robot, limits, setup.macrostep.as_secs_f64(), programs),
+            edp: Edp::new(now, robot, setup),
+            effort,
+            period,
+            macrostep,
+            next_sync: now,
+            next_servo: None,
+            sampled_at: now,
+            ending: false,
+            alone_since: None,
+            trace_every: 0,
+            announced: false,
+            events: heapless::Deque::new(),
+            config,
+            robot,
+        })
+    }
+
+    /// The state as seen from outside.
+    pub fn state(&self) -> NodeState {
+        self.edp.mode().into()
+    }
+
+    /// The EDP, to look at.
+    pub const fn edp(&self) -> &Edp<R, N> {
+        &self.edp
+    }
+
+    /// Who it is.
+    pub fn identity(&self) -> Identity {
+        let description = self.robot.description();
+        let mut robot = heapless::String::new();
+        // names are shorter than MAX_NAME: tested in `robots`
+        let _ = robot.push_str(description.name);
+        Identity {
+            robot,
+            unique_id: self.config.unique_id,
+            protocol: PROTOCOL,
+            schema_hash: SCHEMA_HASH,
+            config_crc: self.config.crc(description.name),
+            firmware: FIRMWARE_VERSION,
+            axes: u8::try_from(N).unwrap_or(u8::MAX),
+            servo_step_us: description.servo_step_us,
+            macrostep: u16::try_from(self.macrostep).unwrap_or(u16::MAX),
+        }
+    }
+
+    /// When [`Node::step`] must be called next, local time.
+    pub fn next_wake(&self) -> Micros {
+        match self.next_servo {
+            Some(at) if at < self.next_sync => at,
+            _ => self.next_sync,
+        }
+    }
+
+    /// Take what has arrived and do what is due. Bounded work; no clock, no bus.
+    pub fn step(&mut self, now: Micros, rx: &[Received], tx: &mut impl FnMut(Port, Frame)) {
+        for received in rx {
+            match received.port {
+                Port::Mp => {
+                    if let Some(incoming) = self.link.receive(&received.frame, received.at) {
+                        self.hear(now, incoming, tx);
+                    }
+                }
+                Port::Drives(bus) => self.edp.on_frame(received.at, bus, &received.frame),
+            }
+        }
+        if now >= self.next_sync {
+            self.edp.sync(tx);
+            self.sampled_at = now;
+            let half = Micros(self.period.0 / 2);
+            self.next_servo = Some(self.next_sync + half);
+            self.next_sync = self.next_sync + self.period;
+            if self.next_sync <= now {
+                // overrun: take up the beat again instead of catching up in a burst
+                self.next_sync = now + self.period;
+                self.next_servo = Some(now + half);
+            }
+        }
+        if self.next_servo.is_some_and(|at| now >= at) {
+            self.next_servo = None;
+            self.servo(now, tx);
+        }
+    }
+
+    fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+        self.watch_lease(now);
+        self.effort.aggregate(&self.edp.currents_ma());
+        if self.edp.servo_step() % self.macrostep == 0 {
+            self.macrostep(now);
+        }
+        self.edp.servo(now, tx);
+        self.after_fault();
+        self.report(now, tx);
+    }
+
+    /// A stop or fault ends the running instruction.
+    fn after_fault(&mut self) {
+        let running = matches!(self.edp.mode(), Mode::Resting(_) | Mode::Moving { .. });
+        if !running && self.ecp.busy() {
+            self.ecp.abort();
+            self.ending = false;
+        }
+    }
+
+    fn watch_lease(&mut self, now: Micros) {
+        if self.session.expired(now) {
+            self.link.set_lease(0);
+            self.trace_every = 0;
+            match self.edp.mode() {
+                Mode::Moving { .. } | Mode::Synchronising => {
+                    self.edp.raise(now, Cause::LeaseExpired, None);
+                }
+                _ => self.ecp.abort(),
+            }
+        }
+        let alone = self.session.epoch() == 0 && matches!(self.edp.mode(), Mode::Resting(_));
+        if !alone {
+            self.alone_since = None;
+        } else if let Some(since) = self.alone_since {
+            if now.since(since) > HOLD_TIMEOUT {
+                let _ = self.edp.on(now, ModeEvent::Disable);
+            }
+        } else {
+            self.alone_since = Some(now);
+        }
+    }
+
+    /// One macrostep of the ECP: under tight coordination, one step for every knot that waits.
+    fn macrostep(&mut self, now: Micros) {
+        if !matches!(self.edp.mode(), Mode::Resting(_) | Mode::Moving { .. }) {
+            return;
+        }
+        for _ in 0..KNOT_INBOX {
+            if self.ending || !self.ecp.busy() {
+                break;
+            }
+            let bus_now = self.clock.to_bus(now);
+            match self
+                .ecp
+                .step(bus_now, self.edp.image(), self.effort.reading())
+            {
+                Outcome::Idle => break,
+                Outcome::Demand(demand) => {
+                    if matches!(self.edp.mode(), Mode::Resting(_)) {
+                        let _ = self.edp.on(now, ModeEvent::Start);
+                    }
+                    let demand = demand.in_local_time(&self.clock);
+                    if let Err(refusal) = self.edp.demand(now, &demand) {
+                        self.ecp.fail(refusal);
+                        self.refused(now, &refusal);
+                    }
+                }
+                Outcome::Ended => {
+                    self.ending = true;
+                    self.edp.come_to_rest();
+                }
+                Outcome::Failed(refusal) => self.refused(now, &refusal),
+                Outcome::Error => self.edp.raise(now, Cause::ErrorCondition, None),
+            }
+            if !(self.ecp.follows() && self.ecp.more()) {
+                break;
+            }
+        }
+        if (self.ending || !self.ecp.busy()) && self.edp.at_rest(now) {
+            if self.ending {
+                self.ending = false;
+                self.ecp.complete();
+            }
+            self.edp.flush();
+            if matches!(self.edp.mode(), Mode::Moving { .. }) {
+                let _ = self.edp.on(now, ModeEvent::Ended);
+            }
+        }
+    }
+
+    /// What the instruction asked for cannot be: harmless at rest, a fault in motion.
+    fn refused(&mut self, now: Micros, refusal: &Refusal) {
+        self.ending = false;
+        if self.edp.at_rest(now) {
+            return;
+        }
+        let (cause, axis) = match refusal {
+            Refusal::Limit { axis, .. } => (Cause::PositionLimit, Some(usize::from(*axis))),
+            Refusal::NotFinite { index } => (Cause::NotFinite, Some(usize::from(*index))),
+            _ => (Cause::Unreachable, None),
+        };
+        let fault = Cause::reaction(cause);
+        let reaction = if fault > Reaction::PathStop {
+            Reaction::PathStop
+        } else {
+            fault
+        };
+        // the path so far was checked: stopping on it is the safest thing to do
+        self.edp.raise_with(now, cause, axis, reaction);
+    }
+
+    fn hear(&mut self, now: Micros, incoming: Incoming, tx: &mut impl FnMut(Port, Frame)) {
+        let from = incoming.from;
+        match incoming.message {
+            Message::Command(command) => self.command(now, from, &command),
+            Message::StopAll(stop) => self.stop(now, stop.kind),
+            Message::TimeSync(sync) => self.clock.receive(incoming.received_at, &sync),
+            Message::Request {
+                transfer_id,
+                request,
+            } => {
+                let reply = self
+                    .request(now, from, &request)
+                    .unwrap_or_else(Reply::Refused);
+                // a reply that cannot be encoded is lost like any other frame: the MP asks again
+                let _ = self.link.send_reply(from, transfer_id, &reply, &mut mp(tx));
+            }
+            Message::GetInfo { transfer_id } => self.send_info(from, transfer_id, tx),
+            _ => {}
+        }
+    }
+
+    fn send_info(&mut self, to: NodeId, transfer: TransferId, tx: &mut impl FnMut(Port, Frame)) {
+        let identity = self.identity();
+        self.link
+            .send_node_info(to, transfer, &NodeInfo::of(&identity), &mut mp(tx));
+    }
+
+    fn command(&mut self, now: Micros, from: NodeId, command: &Command) {
+        let bus_now = self.clock.to_bus(now);
+        if self
+            .session
+            .renew(bus_now, now, from.get(), command)
+            .is_err()
+        {
+            return;
+        }
+        // a full inbox is told by the knots that are missing: the queue runs dry and says so
+        let _ = self.ecp.coordinate(&command.coordination);
+    }
+
+    fn stop(&mut self, now: Micros, kind: StopKind) {
+        self.ecp.abort();
+        self.ending = false;
+        match kind {
+            StopKind::Path => {
+                // allowed in every state that has something to stop
+                let _ = self.edp.on(now, ModeEvent::Stop(Reaction::PathStop));
+            }
+            StopKind::Quick => self.edp.raise(now, Cause::EmergencyStop, None),
+            StopKind::TorqueOff => {
+                self.edp
+                    .raise_with(now, Cause::EmergencyStop, None, Reaction::TorqueOff);
+            }
+        }
+    }
+
+    fn request(&mut self, now: Micros, from: NodeId, request: &Request) -> Result<Reply, Refusal> {
+        let holder = |session: &Session, epoch: u32| session.authorise(from.get(), epoch);
+        match request {
+            Request::Identify => return Ok(Reply::Identity(self.identity())),
+            Request::Acquire {
+                lease_ms, takeover, ..
+            } => {
+                let at_rest = !matches!(
+                    self.edp.mode(),
+                    Mode::Moving { .. } | Mode::Stopping { .. } | Mode::Synchronising
+                );
+                let epoch = self
+                    .session
+                    .acquire(now, from.get(), *lease_ms, *takeover, at_rest)?;
+                self.link.set_lease(epoch);
+                self.ecp.forget();
+                return Ok(Reply::Lease { epoch });
+            }
+            Request::Stop { kind } => self.stop(now, *kind),
+            Request::Release { epoch } => {
+                holder(&self.session, *epoch)?;
+                self.session.release();
+                self.link.set_lease(0);
+                self.trace_every = 0;
+                self.stop(now, StopKind::Path);
+            }
+            Request::Enable { epoch } => {
+                holder(&self.session, *epoch)?;
+                self.unlatched()?;
+                let homed = self.edp.homed();
+                self.edp.on(now, ModeEvent::Enable { homed })?;
+            }
+            Request::Disable { epoch } => {
+                holder(&self.session, *epoch)?;
+                self.edp.on(now, ModeEvent::Disable)?;
+            }
+            Request::Synchronise { epoch } => {
+                holder(&self.session, *epoch)?;
+                self.unlatched()?;
+                self.edp.on(now, ModeEvent::Synchronise)?;
+            }
+            Request::Execute {
+                epoch,
+                id,
+                start_at,
+                instruction,
+            } => {
+                holder(&self.session, *epoch)?;
+                self.unlatched()?;
+                let Mode::Resting(rest) = self.edp.mode() else {
+                    return Err(Refusal::WrongState {
+                        state: self.state(),
+                    });
+                };
+                if self.ecp.busy() {
+                    return Err(Refusal::WrongState {
+                        state: NodeState::Moving,
+                    });
+                }
+                let bus_now = self.clock.to_bus(now);
+                let timed = *start_at != Micros(0);
+                if timed && *start_at < bus_now {
+                    return Err(Refusal::Late);
+                }
+                if timed && start_at.since(bus_now) > START_HORIZON {
+                    return Err(Refusal::Late);
+                }
+                self.session.fresh(*id)?;
+                self.ending = false;
+                self.ecp
+                    .accept(*id, *start_at, instruction, rest == Rest::Holding)?;
+            }
+            Request::EndMotion { epoch } => {
+                holder(&self.session, *epoch)?;
+                self.ecp.end_motion();
+            }
+            Request::Acknowledge { epoch } => {
+                holder(&self.session, *epoch)?;
+                let Some(fault) = self.edp.mode().fault() else {
+                    return Err(Refusal::WrongState {
+                        state: self.state(),
+                    });
+                };
+                if self.edp.cause_present() {
+                    return Err(Refusal::CausePresent { cause: fault.cause });
+                }
+                self.edp.on(now, ModeEvent::Acknowledge)?;
+            }
+            Request::SelectServo { epoch, law } => {
+                holder(&self.session, *epoch)?;
+                self.edp.select(*law)?;
+            }
+            Request::SetTool {
+                epoch,
+                t_flange_tool,
+            } => {
+                holder(&self.session, *epoch)?;
+                if self.ecp.busy() {
+                    return Err(Refusal::WrongState {
+                        state: self.state(),
+                    });
+                }
+                self.ecp.set_tool(t_flange_tool)?;
+            }
+            Request::Trace { epoch, every } => {
+                holder(&self.session, *epoch)?;
+                self.trace_every = *every;
+            }
+        }
+        Ok(Reply::Accepted)
+    }
+
+    fn unlatched(&self) -> Result<(), Refusal> {
+        match self.edp.mode().fault() {
+            Some(fault) => Err(Refusal::FaultLatched { cause: fault.cause }),
+            None => Ok(()),
+        }
+    }
+
+    /// Telemetry: what has happened, how things stand.
+    fn report(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+        self.collect_events();
+        if let Some(event) = self.events.pop_front() {
+            let _ = self.link.send_event(&event, &mut mp(tx));
+        }
+        let step = self.edp.servo_step();
+        if self.trace_every > 0 && step % u32::from(self.trace_every) == 0 {
+            let mut demand = protocol::units::PerAxis::new();
+            for axis in self.edp.axes() {
+                let _ = demand.push(saturate(axis.latest_demand_from_zero()));
+            }
+            let _ = self
+                .link
+                .send_demand_trace(&DemandTrace { step, demand }, &mut mp(tx));
+        }
+        if step % FEEDBACK_STEPS == 0 {
+            let feedback = self.feedback(now);
+            let _ = self.link.send_feedback(&feedback, &mut mp(tx));
+        }
+        let state = self.state();
+        self.link.poll_heartbeat(
+            now,
+            |uptime_s| Heartbeat::of_node(uptime_s, state),
+            &mut mp(tx),
+        );
+    }
+
+    fn collect_events(&mut self) {
+        // A full queue loses the newest event: the state itself is in every feedback.
+        if !self.announced {
+            self.announced = true;
+            let _ = self.events.push_back(Event::Announce(self.identity()));
+        }
+        if let Some(axis) = self.edp.take_configured() {
+            let _ = self.events.push_back(Event::DriveReady { axis });
+        }
+        if let Some(progress) = self.edp.take_homing_progress() {
+            let _ = self.events.push_back(Event::Homing {
+                axis: progress.axis,
+                phase: progress.phase,
+            });
+        }
+        if let Some(fault) = self.edp.take_new_fault() {
+            let _ = self.events.push_back(Event::Fault(fault));
+        }
+    }
+
+    fn feedback(&mut self, now: Micros) -> Feedback {
+        let (instruction, progress) = self.ecp.progress();
+        let mut feedback = Feedback {
+            step: self.edp.servo_step(),
+            sampled_at: self.clock.to_bus(self.sampled_at),
+            state: self.state(),
+            fault: self.edp.mode().fault(),
+            synchronised: 0,
+            epoch: self.session.epoch(),
+            instruction,
+            progress,
+            horizon_us: u32::try_from(self.edp.horizon_us(now)).unwrap_or(u32::MAX),
+            actual: protocol::units::PerAxis::new(),
+            demand: protocol::units::PerAxis::new(),
+            current_ma: protocol::units::PerAxis::new(),
+            following_error: protocol::units::PerAxis::new(),
+            limit_violations: self.edp.violations(),
+            lost: self.session.lost(),
+        };
+        let currents = self.edp.currents_ma();
+        let errors = self.edp.take_following_errors();
+        for (k, ((axis, ma), error)) in self.edp.axes().iter().zip(currents).zip(errors).enumerate()
+        {
+            feedback.synchronised |= u8::from(axis.homed) << (k & 7);
+            // N ≤ MAX_AXES: the pushes cannot fail
+            let _ = feedback.actual.push(saturate(axis.actual_from_zero()));
+            let _ = feedback.demand.push(saturate(axis.demand_from_zero()));
+            let _ = feedback.current_ma.push(milliamps(ma));
+            let _ = feedback.following_error.push(error);
+        }
+        feedback
+    }
+}
+
+/// Firmware version: major, minor, patch.
+pub const FIRMWARE_VERSION: (u8, u8, u8) = (0, 1, 0);
+
+/// Only the MP's port.
+fn mp(tx: &mut impl FnMut(Port, Frame)) -> impl FnMut(Frame) {
+    move |frame| tx(Port::Mp, frame)
+}
+
+fn saturate(units: i64) -> i32 {
+    i32::try_from(units).unwrap_or(if units < 0 { i32::MIN } else { i32::MAX })
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the conversion saturates")]
+fn milliamps(ma: f64) -> i16 {
+    libm::round(ma) as i16
+}
