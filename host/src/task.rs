@@ -42,6 +42,8 @@ use std::path::{Path, PathBuf};
 pub mod cell;
 mod document;
 mod kind;
+#[cfg(test)]
+mod shipped;
 mod step;
 #[cfg(test)]
 mod test;
