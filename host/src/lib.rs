@@ -4,6 +4,7 @@
 pub mod error;
 pub mod input;
 pub mod instruct;
+pub mod mp;
 pub mod plot;
 pub mod summary;
 pub mod task;
