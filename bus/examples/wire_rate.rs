@@ -33,7 +33,7 @@ fn main() {
                 checksum = checksum.wrapping_mul(31).wrapping_add(delivery.at_ns);
                 if delivery.frame.id() == Id::Standard(0x80) {
                     for drive in 1..=DRIVES {
-                        let data = (cycle ^ u64::from(drive) * 0x1234_5678_9ABC).to_le_bytes();
+                        let data = (cycle ^ (u64::from(drive) * 0x1234_5678_9ABC)).to_le_bytes();
                         if let Some(actual) = Frame::classic(Id::Standard(0x180 + drive), &data) {
                             let _ = out.post(usize::from(drive), actual);
                         }

@@ -68,7 +68,7 @@ pub struct Decision {
     pub variant: i32,
 }
 
-/// `c_0` on the wire: what the coordinator says in this macrostep ([Z1] VI).
+/// `c_0` on the wire: what the coordinator says in this macrostep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Coordination {
     /// Nothing: the effector runs on its own. Still renews the lease.

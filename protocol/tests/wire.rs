@@ -5,6 +5,7 @@ mod wire {
     mod bytes;
     mod golden;
     mod link;
+    mod oracle;
     mod protection;
     mod samples;
     mod spec;

@@ -40,7 +40,7 @@ fn equal_identifiers_of_one_tap_keep_their_order() {
     }
     let mut data = Vec::new();
     wire.advance(1_000_000, &mut |d: Delivery<'_>, _: &mut Outbox<'_>| {
-        data.push(d.frame.data()[0])
+        data.push(d.frame.data()[0]);
     });
     assert_eq!(data, [0, 1, 2, 3, 4]);
 }

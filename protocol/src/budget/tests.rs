@@ -118,6 +118,10 @@ fn slow_header(frame: &Frame) -> (Vec<bool>, usize) {
     (bits, arbitration)
 }
 
+fn count(bits: usize) -> u32 {
+    u32::try_from(bits).unwrap()
+}
+
 fn slow(frame: &Frame) -> Bits {
     let (mut bits, arbitration) = slow_header(frame);
     if frame.is_fd() {
@@ -126,15 +130,15 @@ fn slow(frame: &Frame) -> Bits {
         let long = frame.data().len() > 16;
         let check = if long { 4 + 21 + 7 } else { 4 + 17 + 6 };
         Bits {
-            nominal: (arbitration + nominal + 13) as u32,
-            data: (bits.len() - arbitration + places.len() - nominal + check) as u32,
+            nominal: count(arbitration + nominal + 13),
+            data: count(bits.len() - arbitration + places.len() - nominal + check),
         }
     } else {
         let crc = slow_crc15(&bits);
         push(&mut bits, crc, 15);
         let stuffed = stuff_bits(&bits, true).len();
         Bits {
-            nominal: (bits.len() + stuffed + 13) as u32,
+            nominal: count(bits.len() + stuffed + 13),
             data: 0,
         }
     }

@@ -74,7 +74,7 @@ fn drift_of_either_sign_is_followed_to_a_microsecond() {
         );
         // Integer time-stamps on both sides: rounding alone can make 1 to 2 µs.
         assert!(worst <= 2, "{ppm} ppm: {worst} µs");
-        let error_ppm = clock.drift() * 1e6 + ppm as f64;
+        let error_ppm = clock.drift() * 1e6 + float(ppm);
         assert!(error_ppm.abs() < 2.0, "{ppm} ppm: off by {error_ppm}");
     }
 }
@@ -227,7 +227,7 @@ proptest! {
         let disturb = |k: u64| {
             let index = usize::try_from(k).unwrap();
             // At most one in three is lost.
-            let lost = k % 3 == 0 && losses[index];
+            let lost = k.is_multiple_of(3) && losses[index];
             (!lost).then(|| jitter(k, 10))
         };
         let (_, worst) = run(Truth { offset, ppm }, 200, 100, disturb);

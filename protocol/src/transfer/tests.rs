@@ -70,7 +70,10 @@ fn a_repeated_frame_and_a_repeated_transfer_are_dropped() {
         assert_eq!(accept(&mut receiver, frame, 10), None);
     }
     assert_eq!(receiver.counters().transfers, 1);
-    assert_eq!(receiver.counters().unexpected, 2 * transfer.len() as u32);
+    assert_eq!(
+        receiver.counters().unexpected,
+        2 * u32::try_from(transfer.len()).unwrap()
+    );
 }
 
 #[test]

@@ -261,7 +261,7 @@ fn node_information_is_answered() {
     let info = NodeInfo::of(&identity);
     let mut frames = Vec::new();
     a.send_node_info(incoming.from, transfer_id, &info, &mut |frame| {
-        frames.push(frame)
+        frames.push(frame);
     });
     let lines: Vec<_> = frames
         .iter()

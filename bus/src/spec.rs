@@ -1,0 +1,287 @@
+//! What `--bus` may say.
+//!
+//! ```text
+//! virtual            in this process, with the simulator
+//! hub                a socketcand hub on this machine, port 29536
+//! hub:PORT           the same, another port
+//! hub:HOST:PORT      a hub elsewhere (loopback only, unless remote hosts are allowed)
+//! can:IFACE          a Linux CAN interface, e.g. can:can0
+//! ```
+
+use crate::hub::DEFAULT_PORT;
+use std::net::IpAddr;
+use std::str::FromStr;
+
+/// Which bus to use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BusSpec {
+    /// In this process, with the simulator.
+    Virtual,
+    /// A socketcand hub.
+    Hub {
+        /// Name or address, without brackets.
+        host: String,
+        /// TCP port.
+        port: u16,
+    },
+    /// A Linux CAN interface.
+    Can {
+        /// Its name, 1 to 15 bytes.
+        interface: String,
+    },
+}
+
+/// May a hub be on another machine?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// This machine only.
+    Loopback,
+    /// Any machine. The hub's protocol has neither authentication nor encryption.
+    Remote,
+}
+
+/// Why a text names no bus. Every message is one line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpecError {
+    /// Not one of the kinds.
+    #[error(
+        "unknown bus {text:?}: expected virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE"
+    )]
+    Unknown {
+        /// What was given.
+        text: String,
+    },
+    /// Not a TCP port.
+    #[error("bus {text:?}: {port:?} is not a port (1 to 65535)")]
+    Port {
+        /// What was given.
+        text: String,
+        /// The part at fault.
+        port: String,
+    },
+    /// No host name, or one with characters that no host name has.
+    #[error("bus {text:?}: {host:?} is not a host name or address (IPv6 in brackets)")]
+    Host {
+        /// What was given.
+        text: String,
+        /// The part at fault.
+        host: String,
+    },
+    /// On another machine, which was not allowed.
+    #[error("bus {text:?}: {host:?} is not this machine; remote hubs must be allowed explicitly")]
+    Remote {
+        /// What was given.
+        text: String,
+        /// The part at fault.
+        host: String,
+    },
+    /// Not an interface name.
+    #[error("bus {text:?}: {name:?} is not an interface name (1 to 15 characters, no / or space)")]
+    Interface {
+        /// What was given.
+        text: String,
+        /// The part at fault.
+        name: String,
+    },
+}
+
+impl BusSpec {
+    /// The bus that `text` names.
+    ///
+    /// # Errors
+    /// When it names none, or a hub on another machine although `reach` is loopback.
+    pub fn parse(text: &str, reach: Reach) -> Result<Self, SpecError> {
+        let shown = || text.chars().take(80).collect::<String>();
+        match text.split_once(':') {
+            None if text == "virtual" => Ok(Self::Virtual),
+            None if text == "hub" => Ok(Self::hub("127.0.0.1", DEFAULT_PORT)),
+            Some(("hub", place)) => {
+                let (host, port) = match place.rsplit_once(':') {
+                    Some((host, port)) => (bare(host), port),
+                    None => (Some("127.0.0.1"), place),
+                };
+                let host = host
+                    .filter(|host| is_host(host))
+                    .ok_or_else(|| SpecError::Host {
+                        text: shown(),
+                        host: place.chars().take(80).collect(),
+                    })?;
+                let number = port
+                    .parse()
+                    .ok()
+                    .filter(|_| port.bytes().all(|b| b.is_ascii_digit()));
+                let Some(number @ 1..) = number else {
+                    let port = port.chars().take(80).collect();
+                    return Err(SpecError::Port {
+                        text: shown(),
+                        port,
+                    });
+                };
+                if reach == Reach::Loopback && !is_loopback(host) {
+                    return Err(SpecError::Remote {
+                        text: shown(),
+                        host: host.to_owned(),
+                    });
+                }
+                Ok(Self::hub(host, number))
+            }
+            Some(("can", name)) if is_interface(name) => Ok(Self::Can {
+                interface: name.to_owned(),
+            }),
+            Some(("can", name)) => {
+                let name = name.chars().take(80).collect();
+                Err(SpecError::Interface {
+                    text: shown(),
+                    name,
+                })
+            }
+            _ => Err(SpecError::Unknown { text: shown() }),
+        }
+    }
+
+    fn hub(host: &str, port: u16) -> Self {
+        Self::Hub {
+            host: host.to_owned(),
+            port,
+        }
+    }
+}
+
+impl FromStr for BusSpec {
+    type Err = SpecError;
+
+    /// As [`BusSpec::parse`], this machine only.
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        Self::parse(text, Reach::Loopback)
+    }
+}
+
+impl std::fmt::Display for BusSpec {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Virtual => f.write_str("virtual"),
+            Self::Hub { host, port } if host.contains(':') => write!(f, "hub:[{host}]:{port}"),
+            Self::Hub { host, port } => write!(f, "hub:{host}:{port}"),
+            Self::Can { interface } => write!(f, "can:{interface}"),
+        }
+    }
+}
+
+/// Without the brackets of an IPv6 address; `None` if it has colons but no brackets.
+fn bare(host: &str) -> Option<&str> {
+    match host.strip_prefix('[') {
+        Some(inner) => inner.strip_suffix(']').filter(|inner| inner.contains(':')),
+        None => Some(host).filter(|host| !host.contains(':')),
+    }
+}
+
+fn is_host(host: &str) -> bool {
+    let known = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_');
+    host.parse::<IpAddr>().is_ok() || (1..=253).contains(&host.len()) && host.bytes().all(known)
+}
+
+/// Does this host name mean this machine, without asking a name server?
+pub(crate) fn is_loopback(host: &str) -> bool {
+    host == "localhost"
+        || host
+            .parse::<IpAddr>()
+            .is_ok_and(|address| address.is_loopback())
+}
+
+/// As the Linux kernel's `dev_valid_name`.
+fn is_interface(name: &str) -> bool {
+    (1..=15).contains(&name.len())
+        && name != "."
+        && name != ".."
+        && name
+            .bytes()
+            .all(|b| b.is_ascii_graphic() && b != b'/' && b != b':')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn hub(host: &str, port: u16) -> BusSpec {
+        BusSpec::hub(host, port)
+    }
+
+    #[test]
+    fn what_names_a_bus() {
+        for (text, bus) in [
+            ("virtual", BusSpec::Virtual),
+            ("hub", hub("127.0.0.1", 29536)),
+            ("hub:30000", hub("127.0.0.1", 30000)),
+            ("hub:localhost:1", hub("localhost", 1)),
+            ("hub:[::1]:65535", hub("::1", 65535)),
+            (
+                "can:can0",
+                BusSpec::Can {
+                    interface: "can0".into(),
+                },
+            ),
+            (
+                "can:vcan-mp.0",
+                BusSpec::Can {
+                    interface: "vcan-mp.0".into(),
+                },
+            ),
+        ] {
+            assert_eq!(text.parse(), Ok(bus), "{text}");
+        }
+        let far = BusSpec::parse("hub:lab-pc.example:29536", Reach::Remote);
+        assert_eq!(far, Ok(hub("lab-pc.example", 29536)));
+    }
+
+    #[test]
+    fn what_does_not() {
+        for text in [
+            "",
+            "Virtual",
+            "virtual:",
+            "hub:",
+            "hub:0",
+            "hub:65536",
+            "hub:+1",
+            "hub:1x",
+            "hub::29536",
+            "hub:::1:5",
+            "hub:[::1]",
+            "hub:[::1:5",
+            "hub:a b:5",
+            "hub:host:",
+            "hub:192.168.0.1:5",
+            "hub:lab-pc:5",
+            "can",
+            "can:",
+            "can:a b",
+            "can:a/b",
+            "can:sixteen-letters!",
+            "can:..",
+            "can:a:b",
+            "slcan:/dev/ttyACM0",
+            "vcan0",
+            "can:\u{7f}",
+        ] {
+            let error = text.parse::<BusSpec>().unwrap_err().to_string();
+            assert!(
+                !error.contains('\n') && error.contains("bus"),
+                "{text}: {error}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_bus_or_a_short_line(text in "(hub|can|virtual)?:?\\PC{0,200}") {
+            match BusSpec::parse(&text, Reach::Remote) {
+                Ok(bus) => prop_assert_eq!(BusSpec::parse(&bus.to_string(), Reach::Remote), Ok(bus)),
+                Err(error) => {
+                    let line = error.to_string();
+                    prop_assert!(!line.contains('\n') && line.chars().count() < 1600);
+                }
+            }
+        }
+    }
+}
