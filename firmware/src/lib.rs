@@ -5,6 +5,7 @@
 //!
 //! | module | one line |
 //! |---|---|
+//! | [`process`] | a node without its type parameters, and how a cell is wired |
 //! | [`node`] | the node: link, lease, ECP and EDP in one step function |
 //! | [`session`] | the command lease: who may command |
 //! | [`ecp`] | the Effector Control Process: instructions, generators, conditions |
@@ -31,9 +32,11 @@ pub mod ecp;
 pub mod edp;
 pub mod io;
 pub mod node;
+pub mod process;
 pub mod session;
 pub mod vsp;
 
 pub use config::{ConfigError, DriveAddress, NodeConfig};
 pub use io::{Port, Received};
 pub use node::Node;
+pub use process::{NodeProcess, Station};

@@ -1,2 +1,12 @@
-//! Under construction.
+//! E and the world: drives, mechanics, and a whole cell in lock step.
+//!
+//! | module | one line |
+//! |---|---|
+//! | [`drive`] | a conformant CiA 301 / CiA 402 slave for one axis |
+//! | [`plant`] | motors, gears, friction, gravity, encoders, switches, brakes of one robot |
+//! | [`cell`] | nodes, drives, mechanics and buses on one virtual clock |
 #![forbid(unsafe_code)]
+
+pub mod cell;
+pub mod drive;
+pub mod plant;

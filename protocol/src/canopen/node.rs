@@ -7,6 +7,9 @@ use crate::frame::{Frame, Id};
 pub struct NodeId(u8);
 
 impl NodeId {
+    /// The least identifier.
+    pub const FIRST: Self = Self(1);
+
     /// `None` outside 1 to 127.
     #[must_use]
     pub const fn new(id: u8) -> Option<Self> {

@@ -1,0 +1,319 @@
+//! A whole cell in lock step: nodes, drives, mechanics and buses on one virtual clock.
+//!
+//! Everything the nodes and the drives know of each other travels as frames on virtual wires. The
+//! MP is not here: it is one more tap of the MP wire, and whoever runs it calls [`Cell::advance`].
+//! Nothing reads a clock, so the same inputs give the same bytes.
+
+use crate::plant::parameters::{RobotSetup, irp6_postument, irp6_track};
+use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
+use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
+use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
+use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
+use protocol::frame::Frame;
+use protocol::time::Micros;
+use robots::{Irp6Postument, Irp6Track, RobotKind};
+
+/// The tap of the MP on the MP wire.
+const MP_TAP: Tap = 0;
+/// The tap of the node on its drive wires.
+const NODE_TAP: Tap = 0;
+/// The tap of the drives on their wire: the identifiers decide among them as among taps.
+const DRIVES_TAP: Tap = 1;
+
+/// Looks on without taking part: records, measures, draws.
+pub trait Observer {
+    /// A frame has been transmitted completely on bus `bus` (its number in [`Cell::bus_names`]).
+    fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
+        let _ = (bus, at_ns, frame);
+    }
+    /// The true motor angles (rad) of a robot at a SYNC of its node.
+    fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
+        let _ = (station, at_ns, motor_rad);
+    }
+}
+
+/// Nobody looks on.
+impl Observer for () {}
+
+/// Why a cell cannot be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CellError {
+    /// A node's configuration is wrong.
+    #[error("{robot}: {source}")]
+    Config {
+        /// The robot.
+        robot: RobotKind,
+        /// What is wrong.
+        source: ConfigError,
+    },
+    /// The simulated robot cannot be built.
+    #[error("{robot}: {source}")]
+    Robot {
+        /// The robot.
+        robot: RobotKind,
+        /// What is wrong.
+        source: SetupError,
+    },
+}
+
+/// A robot with its node and drive wires.
+#[derive(Debug)]
+struct Place {
+    kind: RobotKind,
+    node: Box<dyn NodeProcess + Send>,
+    robot: SimRobot,
+    wires: Vec<Wire>,
+    rx: Vec<Received>,
+    spill: Vec<Sent>,
+    first_bus: usize,
+}
+
+/// Nodes, drives, mechanics and wires.
+#[derive(Debug)]
+pub struct Cell {
+    mp_wire: Wire,
+    places: Vec<Place>,
+    now_ns: u64,
+    names: Vec<String>,
+    mp_rx: Vec<(Micros, Frame)>,
+    refused: Vec<PostError>,
+}
+
+impl Cell {
+    /// An empty cell whose MP wire is of this kind.
+    #[must_use]
+    pub fn new(mp_wire: Kind) -> Self {
+        Self {
+            mp_wire: Wire::new(mp_wire, 1),
+            places: Vec::new(),
+            now_ns: 0,
+            names: vec!["mp".into()],
+            mp_rx: Vec::new(),
+            refused: Vec::new(),
+        }
+    }
+
+    /// Add a robot with the node that every one of its kind has.
+    ///
+    /// # Errors
+    /// [`CellError`]
+    pub fn add(&mut self, kind: RobotKind, station: &Station, seed: u64) -> Result<(), CellError> {
+        let now = Micros(self.now_ns / 1000);
+        let config = |source| CellError::Config { robot: kind, source };
+        match kind {
+            RobotKind::Irp6Track => {
+                let wiring = station.config(IRP6_TRACK_BUSES).map_err(config)?;
+                let node = Node::new(now, Irp6Track, wiring).map_err(config)?;
+                self.add_node(kind, Box::new(node), &wiring.drives, seed)
+            }
+            RobotKind::Irp6Postument => {
+                let wiring = station.config(IRP6_POSTUMENT_BUSES).map_err(config)?;
+                let node = Node::new(now, Irp6Postument, wiring).map_err(config)?;
+                self.add_node(kind, Box::new(node), &wiring.drives, seed)
+            }
+        }
+    }
+
+    /// Add a robot with a node of one's own, for instance one with programs linked in.
+    ///
+    /// # Errors
+    /// [`CellError`]
+    pub fn add_node(
+        &mut self,
+        kind: RobotKind,
+        node: Box<dyn NodeProcess + Send>,
+        drives: &[DriveAddress],
+        seed: u64,
+    ) -> Result<(), CellError> {
+        let setup = setup(kind, drives, seed);
+        let buses = drives.iter().map(|d| usize::from(d.bus) + 1).max().unwrap_or(0);
+        let robot =
+            SimRobot::new(setup, seed).map_err(|source| CellError::Robot { robot: kind, source })?;
+        let first_bus = self.names.len();
+        for bus in 0..buses {
+            self.names.push(format!("{kind}.{bus}"));
+        }
+        self.mp_wire.add_tap();
+        self.places.push(Place {
+            kind,
+            node,
+            robot,
+            wires: (0..buses).map(|_| Wire::new(Kind::Classic, 2)).collect(),
+            rx: Vec::new(),
+            spill: Vec::new(),
+            first_bus,
+        });
+        Ok(())
+    }
+
+    /// The names of the buses, in their order: `mp`, then each robot's drive buses.
+    #[must_use]
+    pub fn bus_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// What went over each bus.
+    #[must_use]
+    pub fn statistics(&self) -> Vec<Statistics> {
+        let drives = self.places.iter().flat_map(|place| &place.wires);
+        std::iter::once(&self.mp_wire).chain(drives).map(Wire::statistics).collect()
+    }
+
+    /// Frames that did not fit a transmit queue; none in a cell within its bus budget.
+    #[must_use]
+    pub fn refused(&self) -> &[PostError] {
+        &self.refused
+    }
+
+    /// Virtual time, ns.
+    #[must_use]
+    pub const fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// Virtual time.
+    #[must_use]
+    pub const fn now(&self) -> Micros {
+        Micros(self.now_ns / 1000)
+    }
+
+    /// The robots, in the order in which they were added.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotKind, &SimRobot)> {
+        self.places.iter().map(|place| (place.kind, &place.robot))
+    }
+
+    /// A robot's mechanics and drives, to break something.
+    pub fn robot_mut(&mut self, station: usize) -> Option<&mut SimRobot> {
+        self.places.get_mut(station).map(|place| &mut place.robot)
+    }
+
+    /// A node, to look at.
+    #[must_use]
+    pub fn node(&self, station: usize) -> Option<&dyn NodeProcess> {
+        self.places.get(station).map(|place| &*place.node as &dyn NodeProcess)
+    }
+
+    /// The MP sends a frame now.
+    pub fn send(&mut self, frame: Frame) {
+        if let Err(error) = self.mp_wire.post(MP_TAP, self.now_ns, frame) {
+            self.refused.push(error);
+        }
+    }
+
+    /// What the MP has received since it was last asked.
+    pub fn receive(&mut self) -> std::vec::Drain<'_, (Micros, Frame)> {
+        self.mp_rx.drain(..)
+    }
+
+    /// Let time pass.
+    pub fn advance(&mut self, until: Micros, observer: &mut impl Observer) {
+        let until_ns = until.0 * 1000;
+        while self.now_ns < until_ns {
+            let wake = self.places.iter().map(|p| p.node.next_wake().0 * 1000).min();
+            let slice = (self.now_ns / SUBSTEP_NS + 1) * SUBSTEP_NS;
+            let next = [wake.filter(|at| *at > self.now_ns), Some(slice), Some(until_ns)];
+            let next = next.into_iter().flatten().min().unwrap_or(until_ns);
+            self.advance_wires(next, observer);
+            self.now_ns = next;
+            self.step_nodes(observer);
+        }
+    }
+
+    fn advance_wires(&mut self, until_ns: u64, observer: &mut impl Observer) {
+        let Self { mp_wire, places, mp_rx, .. } = self;
+        mp_wire.advance(until_ns, &mut |delivery, _| {
+            let at = Micros(delivery.at_ns / 1000);
+            observer.frame(0, delivery.at_ns, delivery.frame);
+            if delivery.from != MP_TAP {
+                mp_rx.push((at, *delivery.frame));
+            }
+            for (k, place) in places.iter_mut().enumerate() {
+                if delivery.from != k + 1 {
+                    place.rx.push(Received { port: Port::Mp, at, frame: *delivery.frame });
+                }
+            }
+        });
+        for place in places {
+            place.advance(until_ns, observer);
+        }
+    }
+
+    fn step_nodes(&mut self, observer: &mut impl Observer) {
+        let now = Micros(self.now_ns / 1000);
+        let Self { mp_wire, places, now_ns, refused, .. } = self;
+        for (k, place) in places.iter_mut().enumerate() {
+            if place.node.next_wake() > now {
+                continue;
+            }
+            let mut synced = false;
+            let (wires, rx) = (&mut place.wires, &place.rx);
+            place.node.step(now, rx, &mut |port, frame| {
+                let posted = match port {
+                    Port::Mp => mp_wire.post(k + 1, *now_ns, frame),
+                    Port::Drives(bus) => {
+                        // of all frames to the drives only SYNC carries nothing
+                        synced |= frame.data().is_empty();
+                        wires
+                            .get_mut(usize::from(bus))
+                            .map_or(Ok(()), |wire| wire.post(NODE_TAP, *now_ns, frame))
+                    }
+                };
+                if let Err(error) = posted {
+                    refused.push(error);
+                }
+            });
+            place.rx.clear();
+            if synced {
+                observer.motors(k, *now_ns, place.robot.motor_rad());
+            }
+        }
+    }
+}
+
+impl Place {
+    fn advance(&mut self, until_ns: u64, observer: &mut impl Observer) {
+        let Self { robot, wires, rx, spill, first_bus, .. } = self;
+        for (bus, wire) in wires.iter_mut().enumerate() {
+            wire.advance(until_ns, &mut |delivery, outbox| {
+                observer.frame(*first_bus + bus, delivery.at_ns, delivery.frame);
+                let number = u8::try_from(bus).unwrap_or(u8::MAX);
+                if delivery.from == DRIVES_TAP {
+                    rx.push(Received {
+                        port: Port::Drives(number),
+                        at: Micros(delivery.at_ns / 1000),
+                        frame: *delivery.frame,
+                    });
+                    return;
+                }
+                robot.on_frame(number, delivery.at_ns, delivery.frame, &mut |sent: Sent| {
+                    if sent.bus == number {
+                        // a full queue of the drives shows as silent drives
+                        let _ = outbox.post_at(DRIVES_TAP, sent.at_ns, sent.frame);
+                    } else {
+                        spill.push(sent);
+                    }
+                });
+            });
+        }
+        robot.advance(until_ns, &mut |sent| spill.push(sent));
+        for sent in spill.drain(..) {
+            if let Some(wire) = wires.get_mut(usize::from(sent.bus)) {
+                let _ = wire.post(DRIVES_TAP, sent.at_ns, sent.frame);
+            }
+        }
+    }
+}
+
+/// The simulated robot of a kind, its drives where the node expects them.
+#[must_use]
+pub fn setup(kind: RobotKind, drives: &[DriveAddress], seed: u64) -> RobotSetup {
+    let mut setup = match kind {
+        RobotKind::Irp6Track => irp6_track(seed),
+        RobotKind::Irp6Postument => irp6_postument(seed),
+    };
+    for (axis, drive) in setup.axes.iter_mut().zip(drives) {
+        axis.bus = drive.bus;
+        axis.node = drive.id.get();
+    }
+    setup
+}

@@ -1,0 +1,170 @@
+//! A node in its cell, commanded over the wire by a coordinator that is only an endpoint.
+
+use bus::wire::Kind;
+use firmware::Station;
+use hil_sim::cell::{Cell, Observer};
+use protocol::id::NodeId;
+use protocol::link::{Endpoint, Message, Role};
+use protocol::message::{
+    AxisSpeeds, Command, Coordination, Feedback, Instruction, NodeState, Progress, Reply, Request,
+    ServoLaw,
+};
+use protocol::time::Micros;
+use protocol::transfer::Mtu;
+use robots::RobotKind;
+
+const NODE: NodeId = match NodeId::effector(1) {
+    Some(node) => node,
+    None => panic!(),
+};
+
+struct Coordinator {
+    cell: Cell,
+    link: Endpoint<16>,
+    epoch: u32,
+    sequence: u16,
+    feedback: Option<Feedback>,
+    reply: Option<Reply>,
+    next_id: u32,
+}
+
+impl Coordinator {
+    fn new(kind: RobotKind, law: ServoLaw) -> Self {
+        let mut cell = Cell::new(Kind::Fd);
+        let station = Station {
+            effector: 1,
+            unique_id: 7,
+            mtu: Mtu::Fd,
+            law,
+            velocity_factor: 0.2,
+            one_wire: false,
+        };
+        cell.add(kind, &station, 1).unwrap();
+        let link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
+        Self { cell, link, epoch: 0, sequence: 0, feedback: None, reply: None, next_id: 0 }
+    }
+
+    fn macrostep(&mut self, observer: &mut impl Observer) {
+        let mut frames = Vec::new();
+        if self.epoch != 0 {
+            self.sequence = self.sequence.wrapping_add(1);
+            let command = Command {
+                epoch: self.epoch,
+                sequence: self.sequence,
+                valid_until: self.cell.now() + Micros(50_000),
+                coordination: Coordination::None,
+            };
+            self.link.send_command(NODE, &command, &mut |f| frames.push(f)).unwrap();
+        }
+        for frame in frames {
+            self.cell.send(frame);
+        }
+        self.cell.advance(self.cell.now() + Micros(20_000), observer);
+        let received: Vec<_> = self.cell.receive().collect();
+        for (at, frame) in received {
+            match self.link.receive(&frame, at).map(|incoming| incoming.message) {
+                Some(Message::Feedback(f)) => self.feedback = Some(f),
+                Some(Message::Reply { reply, .. }) => self.reply = Some(reply),
+                _ => {}
+            }
+        }
+    }
+
+    fn request(&mut self, request: &Request) -> Reply {
+        let mut frames = Vec::new();
+        self.link.send_request(NODE, request, &mut |f| frames.push(f)).unwrap();
+        for frame in frames {
+            self.cell.send(frame);
+        }
+        self.reply = None;
+        for _ in 0..5 {
+            self.macrostep(&mut ());
+            if let Some(reply) = self.reply.take() {
+                return reply;
+            }
+        }
+        panic!("no reply to {request:?}");
+    }
+
+    fn state(&self) -> Option<NodeState> {
+        self.feedback.as_ref().map(|f| f.state)
+    }
+
+    fn wait(&mut self, what: &str, seconds: f64, mut done: impl FnMut(&Feedback) -> bool) {
+        let until = self.cell.now().as_secs_f64() + seconds;
+        while self.cell.now().as_secs_f64() < until {
+            self.macrostep(&mut ());
+            if self.feedback.as_ref().is_some_and(&mut done) {
+                return;
+            }
+        }
+        panic!("{what}: not within {seconds} s: {:?}", self.feedback);
+    }
+
+    fn enable(&mut self) {
+        self.wait("disabled", 5.0, |f| f.state == NodeState::Disabled);
+        let reply = self.request(&Request::Acquire { nonce: 1, lease_ms: 100, takeover: false });
+        let Reply::Lease { epoch } = reply else { panic!("{reply:?}") };
+        self.epoch = epoch;
+        assert_eq!(self.request(&Request::Enable { epoch }), Reply::Accepted);
+        self.wait("enabled", 3.0, |f| f.state == NodeState::Unsynchronised);
+    }
+
+    fn home(&mut self) {
+        let epoch = self.epoch;
+        assert_eq!(self.request(&Request::Synchronise { epoch }), Reply::Accepted);
+        self.wait("homed", 90.0, |f| f.state == NodeState::Holding);
+    }
+
+    fn execute(&mut self, instruction: Instruction) -> Feedback {
+        self.next_id += 1;
+        let (id, epoch) = (self.next_id, self.epoch);
+        let request = Request::Execute { epoch, id, start_at: Micros(0), instruction };
+        assert_eq!(self.request(&request), Reply::Accepted);
+        self.wait("executed", 60.0, |f| {
+            f.instruction == id && !matches!(f.progress, Progress::Pending | Progress::Running)
+        });
+        self.feedback.clone().unwrap()
+    }
+}
+
+fn speeds(axes: usize, fraction: f32) -> AxisSpeeds {
+    let all = core::iter::repeat_n(fraction, axes);
+    AxisSpeeds { velocity: all.clone().collect(), acceleration: all.collect() }
+}
+
+fn homes_and_moves(kind: RobotKind, law: ServoLaw, target: &[f64]) {
+    let mut c = Coordinator::new(kind, law);
+    c.enable();
+    assert_eq!(c.state(), Some(NodeState::Unsynchronised));
+    c.home();
+    let rest: Vec<f64> = c.cell.robots().next().unwrap().1.motor_rad().to_vec();
+    for (axis, rad) in rest.iter().enumerate() {
+        // one encoder increment is 1.6 to 3.1 mrad; gravity and friction leave a few
+        assert!(rad.abs() < 0.1, "axis {axis} rests at {rad} rad, not on its index");
+    }
+    let done = c.execute(Instruction::MoveJoints {
+        target: target.iter().copied().collect(),
+        relative: false,
+        speeds: speeds(kind.axes(), 0.2),
+    });
+    assert_eq!(done.progress, Progress::Done, "{done:?}");
+    assert_eq!(done.fault, None);
+    assert_eq!(done.limit_violations, 0);
+    assert_eq!(c.cell.refused(), []);
+}
+
+const FRONT: [f64; 6] = [0.0, -1.57, 0.0, 1.56, 1.57, -1.57];
+
+#[test]
+fn the_postument_homes_and_moves_with_every_law() {
+    for law in [ServoLaw::DrivePosition, ServoLaw::Original, ServoLaw::FeedForward] {
+        homes_and_moves(RobotKind::Irp6Postument, law, &FRONT);
+    }
+}
+
+#[test]
+fn the_track_homes_and_moves() {
+    let target = [0.1, 0.0, -1.57, 0.0, 1.56, 1.57, -1.57];
+    homes_and_moves(RobotKind::Irp6Track, ServoLaw::DrivePosition, &target);
+}
