@@ -265,6 +265,12 @@ impl HeartbeatConsumer {
         }
     }
 
+    /// Was a loss told, and nothing heard since?
+    #[must_use]
+    pub const fn is_missing(&self) -> bool {
+        matches!(self.watch, Watch::Missing)
+    }
+
     /// Takes a frame; `None` if it is not a heartbeat of the device.
     pub fn on_frame(&mut self, now: Micros, frame: &Frame) -> Option<Heard> {
         let (node, state) = decode_heartbeat(frame)?;

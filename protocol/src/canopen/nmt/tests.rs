@@ -100,5 +100,5 @@ fn loss_change_and_boot_up_are_told_apart() {
     );
     assert_eq!(watch.poll(Micros(130)), None);
     assert_eq!(watch.poll(Micros(131)), Some(Heard::Lost));
-    assert_eq!(watch.state(), None);
+    assert_eq!((watch.state(), watch.is_missing()), (None, true));
 }

@@ -106,7 +106,7 @@ const NO_REMOTE: u32 = 1 << 30;
 const OFF: u32 = NO_REMOTE | 1 << 31;
 const RPDO_COBS: [u32; PDOS] = [
     Function::Rpdo1 as u32 | NO_REMOTE,
-    Function::Rpdo2 as u32 | OFF,
+    Function::Rpdo2 as u32 | NO_REMOTE,
     Function::Rpdo3 as u32 | OFF,
     Function::Rpdo4 as u32 | OFF,
 ];
@@ -143,7 +143,11 @@ const fn build() -> [Object; COUNT] {
     }
     n = 0;
     while n < PDOS {
-        let entries: &[Entry] = if n == 0 { &axis::RPDO1_CSP } else { &[] };
+        let entries: &[Entry] = match n {
+            0 => &axis::RPDO1_CSP,
+            1 => &axis::RPDO2_CST,
+            _ => &[],
+        };
         at = mapping(&mut table, at, index::RPDO_MAPPING + n as u16, entries);
         n += 1;
     }

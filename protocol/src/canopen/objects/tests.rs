@@ -62,7 +62,7 @@ fn every_index_starts_at_sub_zero_and_counts_its_subs() {
 fn default_mappings_use_mappable_objects_of_the_right_length() {
     for (entries, receive) in [
         (&axis::RPDO1_CSP[..], true),
-        (&axis::RPDO1_CST, true),
+        (&axis::RPDO2_CST, true),
         (&axis::TPDO1, false),
         (&axis::TPDO2, false),
     ] {

@@ -1,0 +1,373 @@
+//! A simulated servo drive: a conformant CiA 301 / CiA 402 slave for one axis.
+//!
+//! It speaks CANopen on one side and torque on the other, and knows nothing of the plant but what
+//! its receptors tell. Its monitoring is on from power-up: a missing SYNC or set-point, a lost
+//! heartbeat, too much current or too great a following error stop the axis without the node.
+//!
+//! ```text
+//!           frames                               substeps
+//! node ──▶ on_frame ──▶ NMT, SDO, RPDO, SYNC ──▶ torque_command ──▶ plant
+//!      ◀── poll     ◀── EMCY, TPDO, heartbeat ◀── Sensed        ◀──
+//! ```
+//!
+//! | module | one line |
+//! |---|---|
+//! | [`parameters`] | what a drive is commissioned with |
+//! | `dictionary` | the object dictionary and the checks on writing it |
+//! | `network` | frames in and out: NMT, SYNC, SDO, PDO, heartbeats |
+//! | `operation` | power states, modes, brake, following the set-points |
+//! | `monitor` | what stops the axis without the node |
+//! | `servo` | set-point generation, observer, position and velocity control |
+//! | `homing`, `probe` | homing inside the drive; the position at the index |
+
+mod dictionary;
+mod homing;
+mod monitor;
+mod network;
+mod operation;
+pub mod parameters;
+mod probe;
+mod servo;
+mod slots;
+
+use protocol::canopen::cia402::{AbortConnection, Controlword, Mode, Options, Power, PowerState};
+use protocol::canopen::emcy::{ErrorCode, ErrorRegister};
+use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
+use protocol::canopen::node::NodeId;
+use protocol::canopen::pdo::{Communication, Mapping, Rpdo, Tpdo, Transmission};
+use protocol::canopen::sdo::Server;
+use protocol::frame::Frame;
+use protocol::time::Micros;
+
+use crate::plant::axis::{Drive, Sensed};
+use dictionary::Dictionary;
+use homing::Homing;
+use parameters::DriveParameters;
+use probe::Probe;
+use servo::Servo;
+
+/// A fault put into a drive or its axis from outside, as data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveFault {
+    /// The drive trips with this error code; it cannot be reset while injected.
+    Trip(ErrorCode),
+    /// The drive neither sends nor receives; its axis goes on by the last set-point until the
+    /// drive's own monitoring stops it.
+    Silent,
+    /// The encoder count is frozen.
+    EncoderStuck,
+    /// The home switch is stuck at this level.
+    SwitchStuck(bool),
+    /// The encoder gives no index pulse.
+    IndexMissing,
+}
+
+/// The power stage and the brake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// No torque, brake closed.
+    Off,
+    /// Torque holds the axis while the brake opens, until this time, ns.
+    Opening(u64),
+    /// Torque, brake open.
+    On,
+    /// Torque holds the axis while the brake closes, until this time, ns.
+    Closing(u64),
+}
+
+/// A simulated drive.
+#[derive(Clone, Debug)]
+pub struct SimDrive {
+    node: NodeId,
+    p: DriveParameters,
+    od: Dictionary,
+    scale: Scale,
+    // Network
+    nmt: State,
+    boot_at_ns: u64,
+    producer: HeartbeatProducer,
+    consumer: Option<HeartbeatConsumer>,
+    server: Server,
+    answer: Option<(u64, [u8; 8])>,
+    rpdo: [Rpdo; 4],
+    tpdo: [Tpdo; 4],
+    accept: [u64; 32],
+    sync_cob: u16,
+    outbox: Vec<Frame>,
+    poll_at_ns: u64,
+    silent: bool,
+    // Operation
+    power: Power,
+    options: Options,
+    controlword: Controlword,
+    mode: Mode,
+    stage: Stage,
+    servo: Servo,
+    homing: Homing,
+    probe: Probe,
+    offset: servo::Offset,
+    limit_nm: f64,
+    period_ns: u64,
+    halted: bool,
+    cut: bool,
+    // Monitoring
+    sensed: Sensed,
+    home: Debounced,
+    last_sync_ns: Option<u64>,
+    missed: u8,
+    over_current_since_ns: Option<u64>,
+    following_since_ns: Option<u64>,
+    abort_connection: AbortConnection,
+    injected: Option<ErrorCode>,
+    errors: Errors,
+    following_window: (f64, u64),
+    now_ns: u64,
+}
+
+/// A switch that counts only after it rested.
+#[derive(Clone, Copy, Debug, Default)]
+struct Debounced {
+    level: bool,
+    differs_since_ns: Option<u64>,
+}
+
+/// What object 1001, 603F and 1003 tell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Errors {
+    register: ErrorRegister,
+    code: ErrorCode,
+}
+
+/// Unit conversions of the factor group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Scale {
+    /// Units are `count · numerator / denominator + offset`.
+    numerator: i64,
+    denominator: i64,
+    offset: i64,
+    units_per_rad: f64,
+    rad_per_increment: f64,
+    nm_per_mille: f64,
+}
+
+impl SimDrive {
+    /// A drive that is switched on at `now_ns`, with the inner loop closed every `dt_s`.
+    #[must_use]
+    pub fn new(node: NodeId, p: DriveParameters, now_ns: u64, dt_s: f64) -> Self {
+        let od = Dictionary::new(node, &p);
+        let unused = Communication::new(0, Transmission::SyncAcyclic);
+        let unused = Communication {
+            enabled: false,
+            ..unused
+        };
+        let mut drive = Self {
+            node,
+            p,
+            scale: Scale::read(&od),
+            od,
+            nmt: State::Initialising,
+            boot_at_ns: now_ns + p.boot_ns,
+            producer: HeartbeatProducer::new(Micros(0), Micros(0)),
+            consumer: None,
+            server: Server::default(),
+            answer: None,
+            rpdo: [(); 4].map(|()| Rpdo::new(unused, Mapping::default())),
+            tpdo: [(); 4].map(|()| Tpdo::new(unused, Mapping::default())),
+            accept: [0; 32],
+            sync_cob: 0,
+            outbox: Vec::with_capacity(8),
+            poll_at_ns: 0,
+            silent: false,
+            power: Power::NotReady,
+            options: Options::default(),
+            controlword: Controlword::default(),
+            mode: Mode::None,
+            stage: Stage::Off,
+            servo: Servo::new(p, dt_s),
+            homing: Homing::Idle,
+            probe: Probe::default(),
+            offset: servo::Offset::default(),
+            limit_nm: 0.0,
+            period_ns: 2 * parameters::MS,
+            halted: false,
+            cut: false,
+            sensed: Sensed::default(),
+            home: Debounced::default(),
+            last_sync_ns: None,
+            missed: 0,
+            over_current_since_ns: None,
+            following_since_ns: None,
+            abort_connection: AbortConnection::QuickStop,
+            injected: None,
+            errors: Errors::default(),
+            following_window: (f64::INFINITY, 0),
+            now_ns,
+        };
+        drive.servo.rest_at(0.0);
+        drive.configure();
+        drive
+    }
+
+    /// The CANopen node identifier.
+    #[must_use]
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// The NMT state.
+    #[must_use]
+    pub const fn nmt_state(&self) -> State {
+        self.nmt
+    }
+
+    /// The power state.
+    #[must_use]
+    pub const fn power_state(&self) -> PowerState {
+        self.power.state()
+    }
+
+    /// The position, drive units (object 6064), without rounding to 32 bits.
+    #[must_use]
+    pub const fn position_units(&self) -> i64 {
+        self.scale.units(self.sensed.count)
+    }
+
+    /// Puts a fault in, or takes all faults out. Faults of receptors are the plant's.
+    pub fn set_fault(&mut self, fault: Option<DriveFault>) {
+        self.silent = fault == Some(DriveFault::Silent);
+        self.injected = match fault {
+            Some(DriveFault::Trip(code)) => Some(code),
+            Some(
+                DriveFault::Silent
+                | DriveFault::EncoderStuck
+                | DriveFault::SwitchStuck(_)
+                | DriveFault::IndexMissing,
+            )
+            | None => None,
+        };
+    }
+
+    /// Takes a frame from the bus; answers go to `out`. Foreign frames cost one table look-up.
+    #[inline]
+    pub fn on_frame(&mut self, now_ns: u64, frame: &Frame, out: &mut impl FnMut(Frame)) {
+        let protocol::frame::Id::Standard(cob) = frame.id() else {
+            return;
+        };
+        let word = self.accept[usize::from(cob >> 6) & 31];
+        if word >> (cob & 63) & 1 == 0 || self.silent || frame.is_fd() {
+            return;
+        }
+        self.now_ns = now_ns;
+        self.take(cob, frame);
+        self.flush(out);
+    }
+
+    /// Sends what is due: boot-up, heartbeat, event-driven PDOs, emergencies, late SDO answers.
+    #[inline]
+    pub fn poll(&mut self, now_ns: u64, out: &mut impl FnMut(Frame)) {
+        if now_ns < self.poll_at_ns && self.outbox.is_empty() {
+            return;
+        }
+        self.now_ns = now_ns;
+        self.work();
+        self.flush(out);
+    }
+
+    fn flush(&mut self, out: &mut impl FnMut(Frame)) {
+        for frame in self.outbox.drain(..) {
+            if !self.silent {
+                out(frame);
+            }
+        }
+    }
+
+    /// One substep of the inner loop: what the plant is to do, given what it senses.
+    #[inline]
+    pub fn torque_command(&mut self, now_ns: u64, sensed: &Sensed) -> Drive {
+        self.now_ns = now_ns;
+        self.sense(sensed);
+        if self.stage == Stage::Off {
+            self.servo.step(
+                self.scale.rad(self.sensed.count),
+                servo::Offset::default(),
+                0.0,
+            );
+            return Drive::default();
+        }
+        self.watch();
+        self.operate();
+        let release_brake = match self.stage {
+            Stage::Opening(_) | Stage::On => true,
+            Stage::Off | Stage::Closing(_) => false,
+        };
+        let measured = self.scale.rad(self.sensed.count);
+        let torque_nm = self.servo.step(measured, self.offset, self.limit_nm);
+        Drive {
+            torque_nm,
+            release_brake,
+        }
+    }
+}
+
+impl Scale {
+    fn read(od: &Dictionary) -> Self {
+        use protocol::canopen::objects::index;
+        let ratio = |index| (i64::from(od.at(index, 1)), i64::from(od.at(index, 2)));
+        let (increments, turns) = ratio(index::ENCODER_RESOLUTION);
+        let (motor, shaft) = ratio(index::GEAR_RATIO);
+        let (feed, feed_turns) = ratio(index::FEED_CONSTANT);
+        // units = count · (turns/increments) · (shaft/motor) · (feed/feed turns)
+        let numerator = turns.saturating_mul(shaft).saturating_mul(feed);
+        let denominator = increments
+            .saturating_mul(motor)
+            .saturating_mul(feed_turns)
+            .max(1);
+        let rad_per_increment = core::f64::consts::TAU * to_f64(turns) / to_f64(increments.max(1));
+        Self {
+            numerator,
+            denominator,
+            offset: 0,
+            units_per_rad: to_f64(numerator) / to_f64(denominator) / rad_per_increment,
+            rad_per_increment,
+            nm_per_mille: f64::from(od.at(index::RATED_TORQUE, 0)) * 1e-6,
+        }
+    }
+
+    /// Drive units of an encoder count.
+    const fn units(&self, count: i64) -> i64 {
+        let wide = count as i128 * self.numerator as i128;
+        let exact = wide.div_euclid(self.denominator as i128);
+        // At most 2⁶³ units: the counts of any travel are far below.
+        #[expect(clippy::cast_possible_truncation, reason = "see above")]
+        let units = exact as i64;
+        units.saturating_add(self.offset)
+    }
+
+    /// Motor radians of drive units.
+    fn rad_of_units(&self, units: i64) -> f64 {
+        to_f64(units - self.offset) / self.units_per_rad
+    }
+
+    /// Motor radians of an encoder count: the middle of the increment.
+    fn rad(&self, count: i64) -> f64 {
+        (to_f64(count) + 0.5) * self.rad_per_increment
+    }
+}
+
+/// An integer as a number; exact below 2⁵³.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "counts and units stay below 2^53"
+)]
+const fn to_f64(value: i64) -> f64 {
+    value as f64
+}
+
+/// The nearest integer, saturated to 32 bits.
+#[expect(clippy::cast_possible_truncation, reason = "saturates")]
+fn to_i32(value: f64) -> i32 {
+    (value + if value < 0.0 { -0.5 } else { 0.5 }) as i32
+}
+
+#[cfg(test)]
+mod tests;

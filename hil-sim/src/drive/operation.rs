@@ -1,0 +1,448 @@
+//! Power states, modes, brake; following the set-points; what the objects tell.
+
+use core::f64::consts::TAU;
+
+use protocol::canopen::cia402::{
+    AbortConnection, Action, Command, Controlword, Event, Halt, HomingMethod, Mode, Options, Power,
+    PowerState, Ramp, Statusword, input,
+};
+use protocol::canopen::emcy::{Emergency, ErrorCode};
+use protocol::canopen::nmt::State;
+
+use super::homing::{Homing, View, Want};
+use super::servo::{Offset, Setpoint};
+use super::{Errors, Scale, SimDrive, Stage, slots, to_f64, to_i32};
+
+/// The deceleration of stage changes that find the axis standing, rad/s².
+const HOLD_RAMP: f64 = 1000.0;
+
+impl SimDrive {
+    /// Reads the objects of the profile again.
+    pub(super) fn configure_motion(&mut self) {
+        let offset = self.scale.offset;
+        self.scale = Scale {
+            offset,
+            ..Scale::read(&self.od)
+        };
+        let code = |slot| i16::try_from(self.od.signed(slot)).unwrap_or(0);
+        self.options = Options::from_codes(
+            code(slots::QUICK_STOP_OPTION),
+            code(slots::SHUTDOWN_OPTION),
+            code(slots::DISABLE_OPTION),
+            code(slots::FAULT_OPTION),
+        )
+        .unwrap_or_default();
+        self.abort_connection = AbortConnection::from_code(code(slots::ABORT_CONNECTION))
+            .unwrap_or(AbortConnection::QuickStop);
+        self.period_ns = u64::from(self.od.get(slots::CYCLE_PERIOD)) * 1000;
+        let window = f64::from(self.od.get(slots::FOLLOWING_WINDOW)) / self.scale.units_per_rad;
+        let timeout = u64::from(self.od.get(slots::FOLLOWING_TIMEOUT)) * super::parameters::MS;
+        self.following_window = (window, timeout);
+        self.limit_nm = f64::from(self.od.get(slots::MAX_TORQUE)) * self.scale.nm_per_mille;
+        self.choose_mode();
+    }
+
+    /// Takes the commanded mode over, at once: every mode starts from where the axis is.
+    fn choose_mode(&mut self) {
+        let code = i8::try_from(self.od.signed(slots::MODE)).unwrap_or(0);
+        let mode = Mode::from_code(code).unwrap_or_default();
+        if mode == self.mode {
+            return;
+        }
+        self.mode = mode;
+        self.homing = Homing::Idle;
+        self.missed = 0;
+        if self.power == Power::Enabled {
+            self.stand(Ramp::SlowDown);
+        }
+    }
+
+    /// The period of the interpolation (object 60C2), s.
+    fn interpolation_s(&self) -> f64 {
+        let mut period = f64::from(self.od.get(slots::INTERPOLATION_PERIOD));
+        for _ in self.od.signed(slots::INTERPOLATION_INDEX)..0 {
+            period *= 0.1;
+        }
+        period
+    }
+
+    fn ramp(&self, ramp: Ramp) -> f64 {
+        let slot = match ramp {
+            Ramp::SlowDown => slots::PROFILE_DECELERATION,
+            Ramp::QuickStop => slots::QUICK_STOP_DECELERATION,
+        };
+        f64::from(self.od.get(slot)) / self.scale.units_per_rad
+    }
+
+    fn stand(&mut self, ramp: Ramp) {
+        let decelerate = self.ramp(ramp);
+        self.servo.jog(0.0, decelerate);
+        self.offset = Offset::default();
+    }
+
+    /// Evaluates the controlword in the dictionary.
+    pub(super) fn on_controlword(&mut self) {
+        let [low, high, ..] = self.od.get(slots::CONTROLWORD).to_le_bytes();
+        let word = Controlword(u16::from_le_bytes([low, high]));
+        let before = core::mem::replace(&mut self.controlword, word);
+        if word.rises(before, Controlword::FAULT_RESET) {
+            self.reset_fault();
+        }
+        if self.may(word.command()) {
+            self.transition(Event::Command(word.command()));
+        }
+        let halt = word.has(Controlword::HALT);
+        if halt && !self.halted && self.power == Power::Enabled {
+            let code = i16::try_from(self.od.signed(slots::HALT_OPTION)).unwrap_or(1);
+            let Halt(ramp) = Halt::from_code(code).unwrap_or(Halt(Ramp::SlowDown));
+            self.stand(ramp);
+        }
+        self.halted = halt;
+        self.choose_mode();
+        if self.mode == Mode::Homing && self.follows() {
+            self.home(word, before);
+        }
+    }
+
+    /// Torque is refused while the node's heartbeat is missing, and that is told once.
+    fn may(&mut self, command: Command) -> bool {
+        let missing = self.consumer.is_some_and(|consumer| consumer.is_missing());
+        if !missing || command != Command::EnableOperation || self.power != Power::SwitchedOn {
+            return true;
+        }
+        if self.errors.code != ErrorCode::HEARTBEAT {
+            self.report(ErrorCode::HEARTBEAT);
+        }
+        false
+    }
+
+    fn home(&mut self, word: Controlword, before: Controlword) {
+        if word.rises(before, Controlword::OPERATION_4) {
+            let code = i8::try_from(self.od.signed(slots::HOMING_METHOD)).unwrap_or(0);
+            let method = HomingMethod::from_code(code).unwrap_or(HomingMethod::PresentPosition);
+            let (homing, want) = Homing::start(method, &self.view());
+            self.homing = homing;
+            self.obey(want);
+        } else if !word.has(Controlword::OPERATION_4) && self.homing.is_running() {
+            self.homing = Homing::Idle;
+            self.stand(Ramp::SlowDown);
+        }
+    }
+
+    fn view(&self) -> View {
+        View {
+            count: self.sensed.count,
+            index: self.sensed.index,
+            home: self.home.level,
+            negative_limit: self.sensed.negative_limit,
+            positive_limit: self.sensed.positive_limit,
+            stands: self.servo.stands(),
+            increments_per_turn: i64::from(self.p.increments_per_turn),
+        }
+    }
+
+    fn obey(&mut self, want: Want) {
+        let units = self.scale.units_per_rad;
+        let ramp = f64::from(self.od.get(slots::HOMING_ACCELERATION)) / units;
+        match want {
+            Want::Nothing => {}
+            Want::Move { fast, negative } => {
+                let slot = if fast {
+                    slots::HOMING_FAST
+                } else {
+                    slots::HOMING_SLOW
+                };
+                let speed = f64::from(self.od.get(slot)) / units;
+                self.servo.jog(if negative { -speed } else { speed }, ramp);
+            }
+            Want::Stop => self.servo.jog(0.0, ramp),
+            Want::Home(at) => {
+                let home = i64::from(self.od.signed(slots::HOME_OFFSET));
+                self.scale.offset = 0;
+                self.scale.offset = home - self.scale.units(at);
+            }
+        }
+    }
+
+    /// Is the drive following set-points?
+    pub(super) fn follows(&self) -> bool {
+        self.power == Power::Enabled && self.stage == Stage::On && !self.halted
+    }
+
+    /// Runs an event through the power state machine and does what it says.
+    pub(super) fn transition(&mut self, event: Event) {
+        let (power, action) = self.power.on(event, self.options);
+        self.power = power;
+        match action {
+            Action::None => {}
+            Action::Energise => {
+                self.clear_errors();
+                self.stage = Stage::Opening(self.now_ns + self.p.enable_ns);
+                self.servo.jog(0.0, HOLD_RAMP);
+                self.missed = 0;
+                (self.over_current_since_ns, self.following_since_ns) = (None, None);
+            }
+            Action::Resume => self.missed = 0,
+            Action::Ramp(ramp) => self.stand(ramp),
+            Action::SwitchOff => {
+                if self.stage != Stage::Off {
+                    self.stage = Stage::Closing(self.now_ns + self.p.brake_close_ns);
+                }
+            }
+            Action::Coast => self.coast(),
+        }
+        self.od.energised = self.stage != Stage::Off;
+    }
+
+    fn coast(&mut self) {
+        self.stage = Stage::Off;
+        self.servo.free();
+        self.offset = Offset::default();
+    }
+
+    /// Lets the axis go and forgets the power state: reset.
+    pub(super) fn let_go(&mut self) {
+        self.coast();
+        self.power = Power::NotReady;
+        self.controlword = Controlword::default();
+        self.mode = Mode::None;
+        self.homing = Homing::Idle;
+        self.halted = false;
+        self.errors = Errors::default();
+        self.last_sync_ns = None;
+        self.scale.offset = 0;
+        self.probe.set_function(0);
+    }
+
+    /// Between SYNCs: stage times, ramps that end, homing.
+    #[inline]
+    pub(super) fn operate(&mut self) {
+        match self.stage {
+            Stage::Opening(until) if self.now_ns >= until => self.stage = Stage::On,
+            Stage::Closing(until) if self.now_ns >= until => {
+                self.coast();
+                self.od.energised = false;
+            }
+            Stage::Off | Stage::Opening(_) | Stage::On | Stage::Closing(_) => {}
+        }
+        match self.power {
+            Power::Leaving { .. } | Power::QuickStop { stand: false } | Power::FaultReaction => {
+                if self.servo.stands() {
+                    self.transition(Event::Standstill);
+                }
+            }
+            Power::Enabled if self.homing.is_running() => {
+                let (homing, want) = self.homing.step(&self.view());
+                self.homing = homing;
+                self.obey(want);
+            }
+            Power::NotReady
+            | Power::Disabled
+            | Power::Ready
+            | Power::SwitchedOn
+            | Power::Enabled
+            | Power::QuickStop { stand: true }
+            | Power::Fault => {}
+        }
+    }
+
+    /// At SYNC: the new set-point takes effect.
+    pub(super) fn follow(&mut self, fresh: bool) {
+        if !self.mode.is_cyclic() || !self.follows() {
+            self.missed = 0;
+            return;
+        }
+        if self.missed >= super::monitor::PATIENCE {
+            self.connection_lost(ErrorCode::RPDO_TIMEOUT);
+            return;
+        }
+        if !fresh {
+            return;
+        }
+        let units = self.scale.units_per_rad;
+        let per_mille = self.scale.nm_per_mille;
+        self.offset = Offset {
+            rad_s: f64::from(self.od.signed(slots::VELOCITY_OFFSET)) / units,
+            nm: f64::from(self.od.signed(slots::TORQUE_OFFSET)) * per_mille,
+        };
+        let most = f64::from(self.od.get(slots::MAX_SPEED)) * TAU / 60.0;
+        match self.mode {
+            Mode::Csp => {
+                let (target, cut) = self.target();
+                let target = self.scale.rad_of_units(target);
+                self.cut = self.servo.line(target, self.interpolation_s(), most) || cut;
+            }
+            Mode::Csv => {
+                let wanted = f64::from(self.od.signed(slots::TARGET_VELOCITY)) / units;
+                let speed = wanted.clamp(-most, most);
+                self.cut = wanted.abs() > most;
+                self.servo.speed(speed);
+            }
+            Mode::Cst => {
+                let wanted = f64::from(self.od.signed(slots::TARGET_TORQUE)) * per_mille;
+                // No torque that drives the axis beyond the greatest speed.
+                let velocity = self.servo.velocity_rad_s();
+                self.cut = velocity.abs() > most && velocity * wanted > 0.0;
+                self.servo.torque(if self.cut { 0.0 } else { wanted });
+            }
+            Mode::None | Mode::Homing => {}
+        }
+    }
+
+    /// The target position within the software limits, and whether they cut it.
+    fn target(&self) -> (i64, bool) {
+        let wanted = i64::from(self.od.signed(slots::TARGET_POSITION))
+            + i64::from(self.od.signed(slots::POSITION_OFFSET));
+        let low = i64::from(self.od.signed(slots::SOFT_LIMIT_LOW));
+        let high = i64::from(self.od.signed(slots::SOFT_LIMIT_HIGH));
+        if low >= high {
+            return (wanted, false);
+        }
+        let target = wanted.clamp(low, high);
+        (target, target != wanted)
+    }
+
+    pub(super) fn on_probe_function(&mut self) {
+        let [low, high, ..] = self.od.get(slots::TOUCH_PROBE).to_le_bytes();
+        let before = self.probe.status();
+        self.probe.set_function(u16::from_le_bytes([low, high]));
+        if self.probe.status() != before {
+            self.poll_at_ns = 0;
+        }
+    }
+
+    fn reset_fault(&mut self) {
+        if self.power != Power::Fault || self.injected.is_some() {
+            return;
+        }
+        self.transition(Event::FaultReset);
+        self.clear_errors();
+    }
+
+    /// Forgets errors and says so, if there were any.
+    fn clear_errors(&mut self) {
+        if self.errors.register.0 == 0 {
+            return;
+        }
+        self.errors = Errors::default();
+        self.announce(Emergency::default());
+    }
+
+    /// Sends an emergency, unless object 1014 switches it off.
+    pub(super) fn announce(&mut self, emergency: Emergency) {
+        let cob = self.od.get(slots::EMERGENCY_COB);
+        match self.nmt {
+            State::PreOperational | State::Operational if cob >> 31 == 0 => {
+                let [low, high, ..] = cob.to_le_bytes();
+                self.outbox
+                    .push(emergency.frame_on(u16::from_le_bytes([low, high]) & 0x7FF));
+            }
+            State::Initialising | State::Stopped | State::PreOperational | State::Operational => {}
+        }
+    }
+
+    /// The statusword now.
+    pub(super) fn statusword(&self) -> Statusword {
+        let mut word = Statusword::of(self.power.state()).0 | Statusword::VOLTAGE;
+        let mut set = |bit, on| word |= if on { bit } else { 0 };
+        set(Statusword::REMOTE, self.nmt == State::Operational);
+        set(Statusword::IN_SYNC, self.last_sync_ns.is_some());
+        set(Statusword::LIMIT, self.cut || self.servo.limited);
+        let enabled = self.power.state() == PowerState::OperationEnabled;
+        match self.mode {
+            Mode::Csp | Mode::Csv | Mode::Cst => {
+                set(Statusword::FOLLOWS, self.follows());
+                set(Statusword::DEVIATION, self.following_since_ns.is_some());
+            }
+            Mode::Homing if enabled => {
+                set(
+                    Statusword::TARGET_REACHED,
+                    !self.homing.is_running() && self.servo.stands(),
+                );
+                set(Statusword::FOLLOWS, self.homing == Homing::Done);
+                set(Statusword::DEVIATION, self.homing == Homing::Failed);
+            }
+            Mode::Homing | Mode::None => {}
+        }
+        if self.halted && enabled {
+            word |= if self.servo.stands() {
+                Statusword::TARGET_REACHED
+            } else {
+                0
+            };
+        }
+        Statusword(word)
+    }
+
+    /// Writes the values the drive measures into the dictionary.
+    pub(super) fn publish(&mut self) {
+        let scale = self.scale;
+        let clip = |units: i64| i32::try_from(units.clamp(i32::MIN.into(), i32::MAX.into()));
+        let actual = scale.units(self.sensed.count);
+        let torque = to_i32(self.sensed.current_a * self.torque_per_current() / scale.nm_per_mille);
+        self.od
+            .set_signed(slots::POSITION_ACTUAL, clip(actual).unwrap_or(0));
+        self.od.set_signed(slots::TORQUE_ACTUAL, torque);
+        let velocity = to_i32(self.servo.velocity_rad_s() * scale.units_per_rad);
+        self.od.set_signed(slots::VELOCITY_ACTUAL, velocity);
+        self.od
+            .set(slots::STATUSWORD, u32::from(self.statusword().0));
+        self.od
+            .set_signed(slots::MODE_DISPLAY, i32::from(self.mode.code()));
+        self.od.set(slots::DIGITAL_INPUTS, self.inputs());
+        self.od
+            .set(slots::TOUCH_PROBE_STATUS, u32::from(self.probe.status()));
+        self.od
+            .set(slots::ERROR_REGISTER, u32::from(self.errors.register.0));
+        self.od
+            .set(slots::ERROR_CODE, u32::from(self.errors.code.0));
+        let (positive, negative) = self.probe.latched();
+        for (slot, latched) in [
+            (slots::TOUCH_PROBE_POSITIVE, positive),
+            (slots::TOUCH_PROBE_NEGATIVE, negative),
+        ] {
+            let units = latched.map_or(0, |count| scale.units(count));
+            self.od.set_signed(slot, clip(units).unwrap_or(0));
+        }
+        let amperes = f64::from(self.od.get(slots::RATED_CURRENT)) * 1e-6;
+        self.od.set_signed(
+            slots::CURRENT_ACTUAL,
+            to_i32(self.sensed.current_a / amperes),
+        );
+        let demand = self.demand_rad();
+        let units = to_i32(demand * scale.units_per_rad + to_f64(scale.offset));
+        self.od.set_signed(slots::POSITION_DEMAND, units);
+        let error = (demand - scale.rad(self.sensed.count)) * scale.units_per_rad;
+        self.od.set_signed(slots::FOLLOWING_ERROR, to_i32(error));
+        let increments = to_i32(demand / scale.rad_per_increment);
+        self.od
+            .set_signed(slots::POSITION_DEMAND_INCREMENTS, increments);
+    }
+
+    /// Torque per current of the motor, from its rated values, N·m/A.
+    fn torque_per_current(&self) -> f64 {
+        self.scale.nm_per_mille * 1e6 / f64::from(self.od.get(slots::RATED_CURRENT))
+    }
+
+    /// The position reference, or the position where there is none.
+    pub(super) fn demand_rad(&self) -> f64 {
+        match self.servo.setpoint() {
+            Setpoint::Line { .. } | Setpoint::Jog { .. } => self.servo.reference_rad,
+            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } => {
+                self.scale.rad(self.sensed.count)
+            }
+        }
+    }
+
+    pub(super) fn inputs(&self) -> u32 {
+        let bit = |on, bit| if on { bit } else { 0 };
+        bit(self.sensed.negative_limit, input::NEGATIVE_LIMIT)
+            | bit(self.sensed.positive_limit, input::POSITIVE_LIMIT)
+            | bit(self.sensed.home, input::HOME)
+    }
+
+    /// A quick stop of the drive's own accord.
+    pub(super) fn stop_quickly(&mut self) {
+        self.transition(Event::Command(Command::QuickStop));
+    }
+}

@@ -1,0 +1,236 @@
+//! A node in miniature: one axis, a frame log, SYNC every 2 ms.
+
+use protocol::canopen::axis::{self, Actual, Inputs, Target};
+use protocol::canopen::cia402::{Goal, Master, Mode, PowerState, Statusword};
+use protocol::canopen::emcy::{Emergency, ErrorCode};
+use protocol::canopen::nmt::{self, Command};
+use protocol::canopen::node::{Function, NodeId, standard};
+use protocol::canopen::sdo::{Address, Client, Outcome, Progress};
+use protocol::canopen::sync::SyncProducer;
+use protocol::frame::Frame;
+use protocol::time::Micros;
+
+use crate::drive::parameters::MS;
+use crate::plant::gravity::{GravityModel, Weightless};
+use crate::plant::parameters::{AxisSetup, RobotSetup, irp6_postument};
+use crate::plant::robot::{Sent, SimRobot};
+
+pub(crate) const CYCLE_NS: u64 = 2 * MS;
+
+/// A constant weight.
+pub(crate) struct Weight(pub(crate) f64);
+
+impl GravityModel for Weight {
+    fn load_torque_nm(&self, _motor_rad: &[f64], load_nm: &mut [f64]) {
+        load_nm.fill(self.0);
+    }
+}
+
+pub(crate) struct Bench {
+    pub(crate) robot: SimRobot,
+    pub(crate) node: NodeId,
+    pub(crate) master: Master,
+    pub(crate) target: Target,
+    pub(crate) status: Statusword,
+    pub(crate) actual: Actual,
+    pub(crate) inputs: Option<Inputs>,
+    pub(crate) log: Vec<Sent>,
+    pub(crate) now_ns: u64,
+    /// Does the node send its RPDO, its SYNC?
+    pub(crate) talks: bool,
+    pub(crate) syncs: bool,
+    sync: SyncProducer,
+}
+
+/// Axis `index` of the postument robot alone, starting at `start_rad`.
+pub(crate) fn axis_setup(index: usize, start_rad: f64) -> AxisSetup {
+    AxisSetup {
+        start_rad,
+        ..irp6_postument(1).axes[index]
+    }
+}
+
+impl Bench {
+    pub(crate) fn new(axis: AxisSetup) -> Self {
+        Self::loaded(axis, Box::new(Weightless))
+    }
+
+    pub(crate) fn loaded(axis: AxisSetup, gravity: Box<dyn GravityModel + Send>) -> Self {
+        let node = NodeId::new(axis.node).unwrap();
+        let robot = SimRobot::new(
+            RobotSetup {
+                axes: vec![axis],
+                gravity,
+            },
+            1,
+        )
+        .unwrap();
+        Self {
+            robot,
+            node,
+            master: Master::default(),
+            target: Target::Position(0),
+            status: Statusword(0),
+            actual: Actual {
+                statusword: 0,
+                position: 0,
+                torque: 0,
+            },
+            inputs: None,
+            log: Vec::new(),
+            now_ns: 0,
+            talks: true,
+            syncs: true,
+            sync: SyncProducer::new(protocol::canopen::sync::DEFAULT_COB, 0),
+        }
+    }
+
+    fn keep(&mut self, sent: &[Sent]) {
+        for item in sent {
+            self.log.push(*item);
+            let cob = standard(&item.frame).unwrap();
+            if cob == self.node.cob(Function::Tpdo1) {
+                if let Some(actual) = Actual::decode(item.frame.data()) {
+                    self.actual = actual;
+                    self.status = Statusword(actual.statusword);
+                }
+            } else if cob == self.node.cob(Function::Tpdo2) {
+                self.inputs = Inputs::decode(item.frame.data());
+            }
+        }
+    }
+
+    pub(crate) fn send(&mut self, frame: &Frame) -> Vec<Sent> {
+        let mut sent = Vec::new();
+        self.robot
+            .on_frame(0, self.now_ns, frame, &mut |item| sent.push(item));
+        self.keep(&sent);
+        sent
+    }
+
+    /// Lets time pass without SYNC.
+    pub(crate) fn wait(&mut self, ms: u64) {
+        self.now_ns += ms * MS;
+        let mut sent = Vec::new();
+        self.robot.advance(self.now_ns, &mut |item| sent.push(item));
+        self.keep(&sent);
+    }
+
+    /// One cycle: SYNC, then the RPDO for the next one.
+    pub(crate) fn cycle(&mut self) {
+        if self.syncs {
+            let sync = self.sync.produce();
+            self.send(&sync);
+        }
+        if self.talks {
+            let word = self.master.next(self.status);
+            let frame = axis::command(self.node, word.0, self.target);
+            self.send(&frame);
+        }
+        self.wait(CYCLE_NS / MS);
+    }
+
+    pub(crate) fn cycles(&mut self, count: u64) {
+        (0..count).for_each(|_| self.cycle());
+    }
+
+    pub(crate) fn write(&mut self, index: u16, value: &[u8]) -> Outcome {
+        self.write_sub(index, 0, value)
+    }
+
+    pub(crate) fn write_sub(&mut self, index: u16, sub: u8, value: &[u8]) -> Outcome {
+        let mut client = Client::<64>::default();
+        let request = client
+            .download(Micros(0), Address::new(index, sub), value)
+            .unwrap();
+        self.transfer(&mut client, request)
+    }
+
+    pub(crate) fn read(&mut self, index: u16, sub: u8) -> u32 {
+        let mut client = Client::<64>::default();
+        let request = client.upload(Micros(0), Address::new(index, sub)).unwrap();
+        let outcome = self.transfer(&mut client, request);
+        assert_eq!(outcome, Outcome::Uploaded(Address::new(index, sub)));
+        client.number().unwrap()
+    }
+
+    pub(crate) fn text(&mut self, index: u16) -> Vec<u8> {
+        let mut client = Client::<64>::default();
+        let request = client.upload(Micros(0), Address::new(index, 0)).unwrap();
+        self.transfer(&mut client, request);
+        client.data().to_vec()
+    }
+
+    fn transfer(&mut self, client: &mut Client<64>, mut request: [u8; 8]) -> Outcome {
+        loop {
+            let cob = self.node.cob(Function::SdoRequest);
+            let sent = self.send(&protocol::canopen::node::frame(cob, request));
+            let answer = self.node.cob(Function::SdoAnswer);
+            let answer = sent
+                .iter()
+                .find(|item| standard(&item.frame) == Some(answer));
+            match client.on_answer(Micros(0), answer.expect("an answer").frame.data()) {
+                Progress::Send(next) => request = next,
+                Progress::Done(outcome) => return outcome,
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    pub(crate) fn nmt(&mut self, command: Command) {
+        let frame = nmt::command_frame(command, nmt::Target::Node(self.node));
+        self.send(&frame);
+    }
+
+    /// Boots, starts the network and chooses a mode; still without torque.
+    pub(crate) fn start(&mut self, mode: Mode) {
+        self.wait(200);
+        self.write(0x6060, &mode.code().to_le_bytes());
+        self.target = match mode {
+            Mode::Cst => Target::Torque(0),
+            Mode::None | Mode::Homing | Mode::Csp | Mode::Csv => Target::Position(0),
+        };
+        self.nmt(Command::Start);
+        self.cycles(2);
+    }
+
+    /// Boots and enables in a mode.
+    pub(crate) fn enable(&mut self, mode: Mode) {
+        self.start(mode);
+        self.master.set_goal(Goal::Enabled);
+        self.cycles(40);
+        assert_eq!(self.status.state(), Some(PowerState::OperationEnabled));
+    }
+
+    pub(crate) fn state(&self) -> PowerState {
+        self.robot.drive(0).unwrap().power_state()
+    }
+
+    pub(crate) fn motor_rad(&self) -> f64 {
+        self.robot.motor_rad()[0]
+    }
+
+    pub(crate) fn velocity(&self) -> f64 {
+        self.robot.plant(0).unwrap().velocity_rad_s()
+    }
+
+    pub(crate) fn emergencies(&self) -> Vec<ErrorCode> {
+        let emergencies = self
+            .log
+            .iter()
+            .filter_map(|item| Emergency::decode(&item.frame));
+        emergencies.map(|(_, emergency)| emergency.code).collect()
+    }
+}
+
+/// Drive units per motor radian at 4000 increments a turn.
+pub(crate) const UNITS_PER_RAD: f64 = 4_000_000.0 / core::f64::consts::TAU;
+
+/// A position in drive units.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a test's positions are small"
+)]
+pub(crate) fn units(rad: f64) -> i32 {
+    (rad * UNITS_PER_RAD) as i32
+}

@@ -1,0 +1,187 @@
+use super::*;
+
+const DT: f64 = 0.000_25;
+
+fn parameters() -> PlantParameters {
+    PlantParameters {
+        torque_constant_nm_a: 0.105,
+        inertia_kg_m2: 2.0e-4,
+        viscous_nms_rad: 0.02,
+        coulomb_nm: 0.02,
+        brake_nm: 2.0,
+        current_limit_a: 20.0,
+        current_time_s: 0.000_3,
+        increments_per_turn: 4000,
+        switch_rad: -2.0,
+        switch_hysteresis_rad: 0.05,
+        bounce_s: 0.0015,
+        limit_rad: [-50.0, 50.0],
+        stop_rad: [-60.0, 60.0],
+        brake_open_s: 0.02,
+        brake_close_s: 0.03,
+    }
+}
+
+fn plant(start: f64) -> AxisPlant {
+    AxisPlant::new(parameters(), start, DT, SplitMix64::new(1))
+}
+
+fn run(plant: &mut AxisPlant, torque_nm: f64, release_brake: bool, load: f64, seconds: f64) {
+    let steps = floor(seconds / DT + 0.5);
+    for _ in 0..steps {
+        plant.step(
+            Drive {
+                torque_nm,
+                release_brake,
+            },
+            load,
+        );
+    }
+}
+
+#[test]
+fn constant_torque_ends_at_the_speed_friction_allows() {
+    let mut plant = plant(0.0);
+    run(&mut plant, 0.52, true, 0.0, 1.0);
+    // (0.52 − 0.02 N·m) / 0.02 N·m·s/rad, with the stops 60 rad away reached only later.
+    let expected = 25.0;
+    assert!(
+        (plant.velocity_rad_s() - expected).abs() < 1e-6,
+        "{}",
+        plant.velocity_rad_s()
+    );
+}
+
+#[test]
+fn torque_below_the_coulomb_friction_moves_nothing() {
+    let mut plant = plant(1.0);
+    run(&mut plant, 0.019, true, 0.0, 1.0);
+    assert_eq!(plant.sensed().count, 0);
+    assert!((plant.angle_rad() - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_brake_holds_the_load_until_it_is_open() {
+    let mut plant = plant(1.0);
+    run(&mut plant, 0.0, false, -0.5, 0.5);
+    assert!(plant.is_braked());
+    assert!((plant.angle_rad() - 1.0).abs() < 1e-12);
+    run(&mut plant, 0.0, true, -0.5, 0.019);
+    assert!(
+        (plant.angle_rad() - 1.0).abs() < 1e-12,
+        "opening takes 20 ms"
+    );
+    run(&mut plant, 0.0, true, -0.5, 0.1);
+    assert!(plant.angle_rad() < 0.9, "{}", plant.angle_rad());
+    run(&mut plant, 0.0, false, -0.5, 0.5);
+    assert!(plant.is_braked() && plant.velocity_rad_s().abs() < 1e-12);
+}
+
+#[test]
+fn the_current_follows_its_demand_in_its_time_constant() {
+    let mut plant = plant(0.0);
+    run(&mut plant, 1.05, false, 0.0, 0.000_25);
+    // One substep of 0.25 ms with a 0.3 ms loop: 10 A · (1 − e^(−0.25/0.3)).
+    assert!((plant.sensed().current_a - 5.654).abs() < 1e-3);
+    run(&mut plant, 100.0, false, 0.0, 0.01);
+    assert!((plant.sensed().current_a - 20.0).abs() < 1e-6, "limited");
+}
+
+#[test]
+fn the_index_pulse_tells_the_same_count_from_both_sides() {
+    let mut plant = plant(3.0);
+    let mut seen = Vec::new();
+    for torque_nm in [-0.3, 0.3] {
+        for _ in 0..4000 {
+            plant.step(
+                Drive {
+                    torque_nm,
+                    release_brake: true,
+                },
+                0.0,
+            );
+            if plant.angle_rad().abs() < 5.0 {
+                seen.extend(plant.sensed().index);
+            }
+        }
+    }
+    // 3 rad are 1909.86 increments: the index at angle 0 lies in the increment −1910.
+    assert_eq!(seen, [-1910, -1910]);
+}
+
+#[test]
+fn the_encoder_counts_whole_increments() {
+    let mut plant = plant(0.0);
+    run(&mut plant, 0.3, true, 0.0, 0.5);
+    let exact = plant.angle_rad() / TAU * 4000.0;
+    assert_eq!(plant.sensed().count, floor(exact));
+    assert!(exact > 1000.0);
+}
+
+#[test]
+fn the_home_switch_bounces_and_then_rests() {
+    let mut plant = plant(0.0);
+    let mut changes = 0;
+    let mut last = plant.sensed().home;
+    while plant.angle_rad() > -4.0 {
+        plant.step(
+            Drive {
+                torque_nm: -0.3,
+                release_brake: true,
+            },
+            0.0,
+        );
+        changes += i32::from(plant.sensed().home != last);
+        last = plant.sensed().home;
+    }
+    assert!(last, "active below the switch angle");
+    assert!(
+        (1..=7).contains(&changes),
+        "{changes} changes in six substeps of bounce"
+    );
+}
+
+#[test]
+fn hard_stops_end_the_travel() {
+    let mut plant = plant(0.0);
+    run(&mut plant, 2.0, true, 0.0, 5.0);
+    assert!((plant.angle_rad() - 60.0).abs() < 1e-9);
+    assert!(plant.sensed().positive_limit && !plant.sensed().negative_limit);
+}
+
+#[test]
+fn broken_receptors_lie() {
+    let mut plant = plant(3.0);
+    plant.set_broken(Broken {
+        encoder: true,
+        switch: Some(true),
+        index: false,
+    });
+    run(&mut plant, 0.3, true, 0.0, 1.0);
+    assert_eq!((plant.sensed().count, plant.sensed().home), (0, true));
+    assert!(plant.angle_rad() > 5.0);
+    plant.set_broken(Broken::default());
+    run(&mut plant, 0.3, true, 0.0, DT);
+    assert!(plant.sensed().count > 0 && !plant.sensed().home);
+}
+
+#[test]
+fn equal_seeds_give_equal_runs() {
+    let trace = || {
+        let mut plant = plant(0.0);
+        let mut trace = Vec::new();
+        for k in 0..20_000_i32 {
+            let torque_nm = if k % 4000 < 2000 { -0.4 } else { 0.4 };
+            plant.step(
+                Drive {
+                    torque_nm,
+                    release_brake: true,
+                },
+                0.01,
+            );
+            trace.push((plant.angle_rad().to_bits(), plant.sensed().home));
+        }
+        trace
+    };
+    assert_eq!(trace(), trace());
+}

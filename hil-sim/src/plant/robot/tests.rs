@@ -1,0 +1,122 @@
+use protocol::canopen::node::frame;
+
+use super::super::axis::AxisPlant;
+use super::super::gravity::Weightless;
+use super::super::parameters::{irp6_postument, irp6_track};
+use super::*;
+
+mod cst;
+
+#[test]
+fn setups_that_cannot_be_are_refused() {
+    let with = |change: fn(&mut RobotSetup)| {
+        let mut setup = irp6_postument(1);
+        change(&mut setup);
+        SimRobot::new(setup, 1).unwrap_err()
+    };
+    let zero = with(|setup| setup.axes[2].node = 0);
+    assert_eq!(zero, SetupError::Node { axis: 2, node: 0 });
+    assert_eq!(
+        zero.to_string(),
+        "node identifier 0 of axis 2 is outside 1 to 127"
+    );
+    let double = with(|setup| setup.axes[3].node = 1);
+    assert_eq!(double, SetupError::Double { bus: 0, node: 1 });
+    let still = SimRobot::with_substep(irp6_postument(1), 1, 0).unwrap_err();
+    assert_eq!(still, SetupError::Substep);
+}
+
+#[test]
+fn every_drive_boots_on_its_bus() {
+    let mut robot = SimRobot::new(irp6_track(1), 1).unwrap();
+    let mut seen = Vec::new();
+    robot.advance(200_000_000, &mut |sent| {
+        seen.push((sent.bus, sent.frame.id()))
+    });
+    let id = |node: u16| protocol::frame::Id::Standard(0x700 + node);
+    let expected = [(0, 1_u16), (0, 2), (0, 3), (0, 4), (1, 5), (1, 6), (1, 7)];
+    assert_eq!(seen, expected.map(|(bus, node)| (bus, id(node))));
+}
+
+#[test]
+fn a_frame_reaches_its_bus_only() {
+    let mut robot = SimRobot::new(irp6_track(1), 1).unwrap();
+    robot.advance(200_000_000, &mut |_| ());
+    let mut answers = Vec::new();
+    let mut out = |sent: Sent| answers.push(sent.bus);
+    robot.on_frame(1, 200_000_000, &frame(0, [1, 0]), &mut out);
+    robot.on_frame(0, 200_000_000, &frame(0x80, []), &mut out);
+    assert!(answers.is_empty(), "bus 0 is not operational");
+    let mut out = |sent: Sent| answers.push(sent.bus);
+    robot.on_frame(1, 200_000_000, &frame(0x80, []), &mut out);
+    assert_eq!(answers, [1, 1, 1]);
+}
+
+#[test]
+fn an_unpowered_robot_keeps_still_under_its_weight() {
+    let mut robot = SimRobot::new(irp6_track(3), 3).unwrap();
+    let before = robot.motor_rad().to_vec();
+    robot.advance(1_000_000_000, &mut |_| ());
+    for (before, after) in before.iter().zip(robot.motor_rad()) {
+        assert!((before - after).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    let trace = |seed| {
+        let mut robot = SimRobot::new(irp6_track(seed), seed).unwrap();
+        let mut bytes = Vec::new();
+        let mut out = |sent: Sent| bytes.extend_from_slice(sent.frame.data());
+        robot.on_frame(0, 200_000_000, &frame(0, [1, 0]), &mut out);
+        for k in 0..500 {
+            robot.on_frame(0, 200_000_000 + k * 2_000_000, &frame(0x80, []), &mut out);
+        }
+        (
+            bytes,
+            robot
+                .motor_rad()
+                .iter()
+                .map(|angle| angle.to_bits())
+                .collect::<Vec<_>>(),
+        )
+    };
+    assert_eq!(trace(5), trace(5));
+    assert_ne!(trace(5).1, trace(6).1);
+}
+
+#[test]
+fn faults_reach_their_axis() {
+    let mut robot = SimRobot::new(irp6_postument(1), 1).unwrap();
+    assert!(robot.inject(5, Some(DriveFault::SwitchStuck(true))));
+    assert!(!robot.inject(6, None));
+    robot.advance(1_000_000, &mut |_| ());
+    assert!(robot.plant(5).unwrap().sensed().home);
+    assert!(!robot.plant(4).unwrap().sensed().home);
+    assert!(robot.drive(6).is_none() && robot.plant(6).is_none());
+}
+
+#[test]
+fn halving_the_substep_changes_a_move_little() {
+    let run = |substep_ns: u64| {
+        let setup = irp6_postument(1).axes[0];
+        #[expect(clippy::cast_precision_loss, reason = "small")]
+        let dt = substep_ns as f64 * 1e-9;
+        let mut plant = AxisPlant::new(setup.plant, 5.0, dt, SplitMix64::new(1));
+        for _ in 0..200_000_000 / substep_ns {
+            let command = super::super::axis::Drive {
+                torque_nm: 0.4,
+                release_brake: true,
+            };
+            plant.step(command, 0.0);
+        }
+        plant.angle_rad()
+    };
+    let (coarse, fine) = (run(250_000), run(25_000));
+    // Semi-implicit Euler is of first order: 19 rad/s and a 17 ms time constant at 0.25 ms.
+    assert!((coarse - fine).abs() < 0.02, "{coarse} {fine}");
+    assert!(fine > 6.0, "{fine}");
+    let mut load = [1.0];
+    Weightless.load_torque_nm(&[0.0], &mut load);
+    assert!(load[0].abs() < f64::MIN_POSITIVE);
+}
