@@ -25,9 +25,13 @@
 //! [`Statistics::collisions`] counts it.
 
 mod load;
+mod post;
 mod queue;
 
+pub use post::{DEFAULT_CAPACITY, Outbox, PostError};
+
 use load::Load;
+use post::Queues;
 use protocol::budget::{self, Rates};
 use protocol::frame::Frame;
 use queue::Queue;
@@ -55,30 +59,6 @@ impl Kind {
     }
 }
 
-/// Why a frame was not taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PostError {
-    /// An FD frame on a classical wire.
-    #[error("a CAN FD frame cannot be sent on a classical wire")]
-    FdOnClassic,
-    /// The tap's transmit queue is full.
-    #[error("the transmit queue of tap {tap} is full ({capacity} frames)")]
-    Full {
-        /// Whose.
-        tap: Tap,
-        /// How many frames it holds.
-        capacity: usize,
-    },
-    /// There is no such tap.
-    #[error("there is no tap {tap} (the wire has {taps})")]
-    NoTap {
-        /// Which.
-        tap: Tap,
-        /// How many there are, numbered from 0.
-        taps: usize,
-    },
-}
-
 /// A frame at its end: every tap but `from` receives it now.
 #[derive(Clone, Copy, Debug)]
 pub struct Delivery<'a> {
@@ -90,37 +70,6 @@ pub struct Delivery<'a> {
     pub from: Tap,
     /// The frame.
     pub frame: &'a Frame,
-}
-
-/// Takes the frames that taps send in answer to a delivery, posted at the time of the delivery.
-#[derive(Debug)]
-pub struct Outbox<'a> {
-    at_ns: u64,
-    queues: &'a mut Queues,
-}
-
-impl Outbox<'_> {
-    /// The time of the delivery.
-    #[must_use]
-    pub const fn at_ns(&self) -> u64 {
-        self.at_ns
-    }
-
-    /// Posts a frame now.
-    ///
-    /// # Errors
-    /// As [`Wire::post`].
-    pub fn post(&mut self, tap: Tap, frame: Frame) -> Result<(), PostError> {
-        self.queues.post(tap, self.at_ns, frame)
-    }
-
-    /// Posts a frame later: a participant that takes `at_ns - self.at_ns()` to answer.
-    ///
-    /// # Errors
-    /// As [`Wire::post`].
-    pub fn post_at(&mut self, tap: Tap, at_ns: u64, frame: Frame) -> Result<(), PostError> {
-        self.queues.post(tap, at_ns.max(self.at_ns), frame)
-    }
 }
 
 /// What a wire has carried since it was made.
@@ -164,43 +113,6 @@ impl Statistics {
 /// The window over which [`Statistics::load_max`] is taken.
 pub const LOAD_WINDOW_NS: u64 = 10_000_000;
 
-/// Frames a tap's queue holds unless another capacity is asked for.
-pub const DEFAULT_CAPACITY: usize = 256;
-
-#[derive(Clone, Debug)]
-struct Queues {
-    kind: Kind,
-    taps: Vec<Queue>,
-    capacity: usize,
-    refused: u64,
-    /// Numbers the posts, so that equal identifiers keep their order.
-    posts: u64,
-}
-
-impl Queues {
-    fn post(&mut self, tap: Tap, at_ns: u64, frame: Frame) -> Result<(), PostError> {
-        let taps = self.taps.len();
-        let Some(queue) = self.taps.get_mut(tap) else {
-            self.refused += 1;
-            return Err(PostError::NoTap { tap, taps });
-        };
-        if frame.is_fd() && self.kind == Kind::Classic {
-            self.refused += 1;
-            return Err(PostError::FdOnClassic);
-        }
-        if queue.len() >= self.capacity {
-            self.refused += 1;
-            return Err(PostError::Full {
-                tap,
-                capacity: self.capacity,
-            });
-        }
-        self.posts += 1;
-        queue.push(at_ns, self.posts, frame);
-        Ok(())
-    }
-}
-
 /// The frame on the bus.
 #[derive(Clone, Debug)]
 struct Transmission {
@@ -236,13 +148,7 @@ impl Wire {
     pub fn with_rates(kind: Kind, taps: usize, rates: Rates) -> Self {
         Self {
             rates,
-            queues: Queues {
-                kind,
-                taps: vec![Queue::default(); taps],
-                capacity: DEFAULT_CAPACITY,
-                refused: 0,
-                posts: 0,
-            },
+            queues: Queues::new(kind, taps),
             idle_from_ns: 0,
             now_ns: 0,
             on_bus: None,

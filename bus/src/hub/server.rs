@@ -281,10 +281,10 @@ fn act(
             Ok(Mode::NoBus)
         }
         (Mode::Bcm(channel), Command::RawMode) => {
-            // The writer's clock starts before the acknowledgement leaves, and nobody else writes
-            // in between, so no frame can share a packet with it.
-            say(out, "< ok >")?;
+            // A member before the acknowledgement, so that whatever is sent after it is heard; a
+            // writer after it, so that no frame can come first or share its packet.
             let (member, items) = Member::join(&channel);
+            say(out, "< ok >")?;
             let writer = Writer::start(items, Arc::clone(out))?;
             Ok(Mode::Raw {
                 member,
