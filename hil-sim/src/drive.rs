@@ -16,6 +16,7 @@
 //! | `dictionary` | the object dictionary and the checks on writing it |
 //! | `network` | frames in and out: NMT, SYNC, SDO, PDO, heartbeats |
 //! | `operation` | power states, modes, brake, following the set-points |
+//! | `report` | what the objects tell |
 //! | `monitor` | what stops the axis without the node |
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at the index |
@@ -27,6 +28,7 @@ mod network;
 mod operation;
 pub mod parameters;
 mod probe;
+mod report;
 mod servo;
 mod slots;
 

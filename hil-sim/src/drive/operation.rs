@@ -4,14 +4,14 @@ use core::f64::consts::TAU;
 
 use protocol::canopen::cia402::{
     AbortConnection, Action, Command, Controlword, Event, Halt, HomingMethod, Mode, Options, Power,
-    PowerState, Ramp, Statusword, input,
+    Ramp,
 };
 use protocol::canopen::emcy::{Emergency, ErrorCode};
 use protocol::canopen::nmt::State;
 
 use super::homing::{Homing, View, Want};
-use super::servo::{Offset, Setpoint};
-use super::{Errors, Scale, SimDrive, Stage, slots, to_f64, to_i32};
+use super::servo::Offset;
+use super::{Errors, Scale, SimDrive, Stage, slots};
 
 /// The deceleration of stage changes that find the axis standing, rad/s².
 const HOLD_RAMP: f64 = 1000.0;
@@ -339,106 +339,6 @@ impl SimDrive {
             }
             State::Initialising | State::Stopped | State::PreOperational | State::Operational => {}
         }
-    }
-
-    /// The statusword now.
-    pub(super) fn statusword(&self) -> Statusword {
-        let mut word = Statusword::of(self.power.state()).0 | Statusword::VOLTAGE;
-        let mut set = |bit, on| word |= if on { bit } else { 0 };
-        set(Statusword::REMOTE, self.nmt == State::Operational);
-        set(Statusword::IN_SYNC, self.last_sync_ns.is_some());
-        set(Statusword::LIMIT, self.cut || self.servo.limited);
-        let enabled = self.power.state() == PowerState::OperationEnabled;
-        match self.mode {
-            Mode::Csp | Mode::Csv | Mode::Cst => {
-                set(Statusword::FOLLOWS, self.follows());
-                set(Statusword::DEVIATION, self.following_since_ns.is_some());
-            }
-            Mode::Homing if enabled => {
-                set(
-                    Statusword::TARGET_REACHED,
-                    !self.homing.is_running() && self.servo.stands(),
-                );
-                set(Statusword::FOLLOWS, self.homing == Homing::Done);
-                set(Statusword::DEVIATION, self.homing == Homing::Failed);
-            }
-            Mode::Homing | Mode::None => {}
-        }
-        if self.halted && enabled {
-            word |= if self.servo.stands() {
-                Statusword::TARGET_REACHED
-            } else {
-                0
-            };
-        }
-        Statusword(word)
-    }
-
-    /// Writes the values the drive measures into the dictionary.
-    pub(super) fn publish(&mut self) {
-        let scale = self.scale;
-        let clip = |units: i64| i32::try_from(units.clamp(i32::MIN.into(), i32::MAX.into()));
-        let actual = scale.units(self.sensed.count);
-        let torque = to_i32(self.sensed.current_a * self.torque_per_current() / scale.nm_per_mille);
-        self.od
-            .set_signed(slots::POSITION_ACTUAL, clip(actual).unwrap_or(0));
-        self.od.set_signed(slots::TORQUE_ACTUAL, torque);
-        let velocity = to_i32(self.servo.velocity_rad_s() * scale.units_per_rad);
-        self.od.set_signed(slots::VELOCITY_ACTUAL, velocity);
-        self.od
-            .set(slots::STATUSWORD, u32::from(self.statusword().0));
-        self.od
-            .set_signed(slots::MODE_DISPLAY, i32::from(self.mode.code()));
-        self.od.set(slots::DIGITAL_INPUTS, self.inputs());
-        self.od
-            .set(slots::TOUCH_PROBE_STATUS, u32::from(self.probe.status()));
-        self.od
-            .set(slots::ERROR_REGISTER, u32::from(self.errors.register.0));
-        self.od
-            .set(slots::ERROR_CODE, u32::from(self.errors.code.0));
-        let (positive, negative) = self.probe.latched();
-        for (slot, latched) in [
-            (slots::TOUCH_PROBE_POSITIVE, positive),
-            (slots::TOUCH_PROBE_NEGATIVE, negative),
-        ] {
-            let units = latched.map_or(0, |count| scale.units(count));
-            self.od.set_signed(slot, clip(units).unwrap_or(0));
-        }
-        let amperes = f64::from(self.od.get(slots::RATED_CURRENT)) * 1e-6;
-        self.od.set_signed(
-            slots::CURRENT_ACTUAL,
-            to_i32(self.sensed.current_a / amperes),
-        );
-        let demand = self.demand_rad();
-        let units = to_i32(demand * scale.units_per_rad + to_f64(scale.offset));
-        self.od.set_signed(slots::POSITION_DEMAND, units);
-        let error = (demand - scale.rad(self.sensed.count)) * scale.units_per_rad;
-        self.od.set_signed(slots::FOLLOWING_ERROR, to_i32(error));
-        let increments = to_i32(demand / scale.rad_per_increment);
-        self.od
-            .set_signed(slots::POSITION_DEMAND_INCREMENTS, increments);
-    }
-
-    /// Torque per current of the motor, from its rated values, N·m/A.
-    fn torque_per_current(&self) -> f64 {
-        self.scale.nm_per_mille * 1e6 / f64::from(self.od.get(slots::RATED_CURRENT))
-    }
-
-    /// The position reference, or the position where there is none.
-    pub(super) fn demand_rad(&self) -> f64 {
-        match self.servo.setpoint() {
-            Setpoint::Line { .. } | Setpoint::Jog { .. } => self.servo.reference_rad,
-            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } => {
-                self.scale.rad(self.sensed.count)
-            }
-        }
-    }
-
-    pub(super) fn inputs(&self) -> u32 {
-        let bit = |on, bit| if on { bit } else { 0 };
-        bit(self.sensed.negative_limit, input::NEGATIVE_LIMIT)
-            | bit(self.sensed.positive_limit, input::POSITIVE_LIMIT)
-            | bit(self.sensed.home, input::HOME)
     }
 
     /// A quick stop of the drive's own accord.

@@ -169,9 +169,9 @@ mod tests {
         for _ in 0..80 {
             let mid = 0.5 * (low + high);
             if law(mid) < 0.0 {
-                low = mid
+                low = mid;
             } else {
-                high = mid
+                high = mid;
             }
         }
         0.5 * (low + high)

@@ -204,7 +204,7 @@ impl SimRobot {
                         at_ns: now_ns,
                         bus,
                         frame,
-                    })
+                    });
                 };
                 axis.drive.on_frame(now_ns, frame, &mut send);
             }

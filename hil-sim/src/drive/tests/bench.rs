@@ -51,15 +51,15 @@ pub(crate) fn axis_setup(index: usize, start_rad: f64) -> AxisSetup {
 }
 
 impl Bench {
-    pub(crate) fn new(axis: AxisSetup) -> Self {
+    pub(crate) fn new(axis: &AxisSetup) -> Self {
         Self::loaded(axis, Box::new(Weightless))
     }
 
-    pub(crate) fn loaded(axis: AxisSetup, gravity: Box<dyn GravityModel + Send>) -> Self {
+    pub(crate) fn loaded(axis: &AxisSetup, gravity: Box<dyn GravityModel + Send>) -> Self {
         let node = NodeId::new(axis.node).unwrap();
         let robot = SimRobot::new(
             RobotSetup {
-                axes: vec![axis],
+                axes: vec![*axis],
                 gravity,
             },
             1,

@@ -5,7 +5,7 @@ use super::bench::{Bench, CYCLE_NS, Weight, axis_setup, units};
 
 #[test]
 fn enabling_takes_the_time_of_the_brake_and_holds_the_load() {
-    let mut bench = Bench::loaded(axis_setup(1, 10.0), Box::new(Weight(-0.5)));
+    let mut bench = Bench::loaded(&axis_setup(1, 10.0), Box::new(Weight(-0.5)));
     bench.start(Mode::Csp);
     bench.master.set_goal(Goal::Enabled);
     let mut enabled_at = None;
@@ -42,7 +42,7 @@ fn enabling_takes_the_time_of_the_brake_and_holds_the_load() {
 
 #[test]
 fn disabling_closes_the_brake_before_the_torque_goes() {
-    let mut bench = Bench::loaded(axis_setup(1, 10.0), Box::new(Weight(-0.5)));
+    let mut bench = Bench::loaded(&axis_setup(1, 10.0), Box::new(Weight(-0.5)));
     bench.enable(Mode::Csp);
     bench.cycles(100);
     let before = bench.motor_rad();
@@ -62,7 +62,7 @@ fn trapezoid(axis: usize, top_rad_s: f64) -> (f64, f64) {
     let setup = axis_setup(axis, 5.0);
     let increments = f64::from(setup.plant.increments_per_turn);
     let scale = increments * 1000.0 / core::f64::consts::TAU;
-    let mut bench = Bench::loaded(setup, Box::new(Weight(0.01)));
+    let mut bench = Bench::loaded(&setup, Box::new(Weight(0.01)));
     bench.enable(Mode::Csp);
     let acceleration = 150.0;
     let (mut speed, mut position, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -101,7 +101,7 @@ fn csp_follows_within_its_window_on_every_axis() {
 
 #[test]
 fn the_target_takes_effect_at_sync_not_before() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csp);
     bench.syncs = false;
     bench.target = Target::Position(units(0.01));
@@ -122,7 +122,7 @@ fn the_target_takes_effect_at_sync_not_before() {
 
 #[test]
 fn csv_follows_a_velocity_and_cst_a_torque() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csv);
     let speed = units(20.0).to_le_bytes();
     bench.write(0x60FF, &speed);
@@ -133,7 +133,7 @@ fn csv_follows_a_velocity_and_cst_a_torque() {
         bench.velocity()
     );
 
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Cst);
     // 600 ‰ of 525 mN·m = 0.315 N·m; friction 0.02 + 0.02·ω: ω = 14.75 rad/s.
     bench.target = Target::Torque(600);
@@ -152,7 +152,7 @@ fn csv_follows_a_velocity_and_cst_a_torque() {
 
 #[test]
 fn the_torque_is_limited_and_the_speed_too() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Cst);
     bench.write(0x6072, &500_u16.to_le_bytes());
     bench.target = Target::Torque(900);
@@ -168,7 +168,7 @@ fn the_torque_is_limited_and_the_speed_too() {
 
 #[test]
 fn software_limits_of_the_drive_cut_the_target() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.start(Mode::Csp);
     bench.write_sub(0x607D, 1, &units(-1.0).to_le_bytes());
     bench.write_sub(0x607D, 2, &units(1.0).to_le_bytes());
@@ -189,7 +189,7 @@ fn software_limits_of_the_drive_cut_the_target() {
 
 #[test]
 fn a_halt_stops_and_its_end_resumes() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csv);
     bench.write(0x60FF, &units(20.0).to_le_bytes());
     bench.cycles(100);
@@ -208,7 +208,7 @@ fn a_halt_stops_and_its_end_resumes() {
 
 #[test]
 fn two_lost_set_points_are_bridged_on_the_old_course() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csp);
     let mut worst = 0.0_f64;
     let mut last = 0.0;

@@ -29,7 +29,7 @@ fn home(bench: &mut Bench, method: HomingMethod) -> Option<u64> {
 #[test]
 fn method_5_ends_at_the_index_above_the_switch() {
     for axis in [0, 5] {
-        let mut bench = Bench::new(axis_setup(axis, 9.0));
+        let mut bench = Bench::new(&axis_setup(axis, 9.0));
         home(&mut bench, HomingMethod::NegativeSwitchAndIndex).unwrap();
         assert!(bench.status.has(Statusword::FOLLOWS));
         // The true angle is 0 where the object 6064 is 0, to an increment.
@@ -47,7 +47,7 @@ fn method_5_ends_at_the_index_above_the_switch() {
 
 #[test]
 fn method_5_started_on_the_switch_backs_off_first() {
-    let mut bench = Bench::new(axis_setup(0, -3.0));
+    let mut bench = Bench::new(&axis_setup(0, -3.0));
     home(&mut bench, HomingMethod::NegativeSwitchAndIndex).unwrap();
     assert!(bench.status.has(Statusword::FOLLOWS));
     assert!(bench.motor_rad().abs() < 0.2);
@@ -60,20 +60,10 @@ fn methods_33_and_34_take_the_next_index_in_their_direction() {
         (HomingMethod::IndexNegative, turn),
         (HomingMethod::IndexPositive, 2.0 * turn),
     ] {
-        let mut bench = Bench::new(axis_setup(0, 10.0));
+        let mut bench = Bench::new(&axis_setup(0, 10.0));
         home(&mut bench, method).unwrap();
-        let home = bench.motor_rad() - f64::from(bench.actual.position) / units(1.0).as_f64();
+        let home = bench.motor_rad() - f64::from(bench.actual.position) / f64::from(units(1.0));
         assert!((home - expected).abs() < 0.005, "{method:?}: {home}");
-    }
-}
-
-trait AsF64 {
-    fn as_f64(self) -> f64;
-}
-
-impl AsF64 for i32 {
-    fn as_f64(self) -> f64 {
-        f64::from(self)
     }
 }
 
@@ -83,7 +73,7 @@ fn methods_35_and_37_take_the_present_position_with_the_offset() {
         HomingMethod::PresentPositionOld,
         HomingMethod::PresentPosition,
     ] {
-        let mut bench = Bench::new(axis_setup(0, 10.0));
+        let mut bench = Bench::new(&axis_setup(0, 10.0));
         bench.wait(200);
         bench.write(0x607C, &1_234_000_i32.to_le_bytes());
         home(&mut bench, method).unwrap();
@@ -98,7 +88,7 @@ fn methods_35_and_37_take_the_present_position_with_the_offset() {
 
 #[test]
 fn homing_fails_without_index_and_at_the_limit_switch() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.robot.inject(0, Some(DriveFault::IndexMissing));
     home(&mut bench, HomingMethod::IndexPositive).unwrap();
     assert!(bench.status.has(Statusword::DEVIATION) && !bench.status.has(Statusword::FOLLOWS));
@@ -109,7 +99,7 @@ fn homing_fails_without_index_and_at_the_limit_switch() {
 
     let mut axis = axis_setup(0, 10.0);
     axis.plant.limit_rad = [0.0, 100.0];
-    let mut bench = Bench::new(axis);
+    let mut bench = Bench::new(&axis);
     bench.robot.inject(0, Some(DriveFault::SwitchStuck(false)));
     home(&mut bench, HomingMethod::NegativeSwitchAndIndex).unwrap();
     assert!(bench.status.has(Statusword::DEVIATION));
@@ -127,7 +117,7 @@ fn homing_fails_without_index_and_at_the_limit_switch() {
 /// What the node does: coarse in csp to the switch, back off, touch probe at the index.
 #[test]
 fn the_node_can_home_over_the_wire() {
-    let mut bench = Bench::new(axis_setup(1, 9.0));
+    let mut bench = Bench::new(&axis_setup(1, 9.0));
     bench.enable(Mode::Csp);
     let mut position = 0.0;
     let mut step = |bench: &mut Bench, rad: f64| {

@@ -7,7 +7,7 @@ use protocol::frame::{Frame, Id};
 use super::bench::{Bench, axis_setup};
 
 fn bench() -> Bench {
-    Bench::new(axis_setup(0, 10.0))
+    Bench::new(&axis_setup(0, 10.0))
 }
 
 fn on(bench: &Bench, cob: u16) -> Vec<(u64, Vec<u8>)> {
@@ -113,7 +113,7 @@ fn a_reset_restores_the_dictionary_and_boots_again() {
 fn inputs_are_told_on_change_and_not_more_often_than_once_a_millisecond() {
     let mut axis = axis_setup(0, -1.9);
     axis.plant.bounce_s = 0.01;
-    let mut bench = Bench::new(axis);
+    let mut bench = Bench::new(&axis);
     bench.enable(Mode::Cst);
     bench.log.clear();
     // −0.12 N·m of 525 mN·m rated: slowly over the switch.
@@ -154,7 +154,7 @@ fn the_mapping_can_be_changed_over_the_wire() {
 fn sync_may_have_another_identifier_and_a_late_answer_comes_late() {
     let mut axis = axis_setup(0, 10.0);
     axis.drive.sdo_ns = 10_000_000;
-    let mut bench = Bench::new(axis);
+    let mut bench = Bench::new(&axis);
     bench.wait(200);
     let request = frame(0x601, [0x23, 0x05, 0x10, 0, 0x81, 0, 0, 0]);
     assert!(bench.send(&request).is_empty());

@@ -9,7 +9,7 @@ use crate::drive::DriveFault;
 
 /// A bench that moves at 20 rad/s in csp.
 fn moving() -> Bench {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csp);
     run(&mut bench, 100);
     assert!(
@@ -180,7 +180,7 @@ fn a_frozen_encoder_is_a_following_error() {
 fn a_blocked_axis_trips_by_its_following_error() {
     let mut axis = axis_setup(0, 10.0);
     axis.plant.stop_rad = [-20.0, 12.0];
-    let mut bench = Bench::new(axis);
+    let mut bench = Bench::new(&axis);
     bench.enable(Mode::Csp);
     run(&mut bench, 200);
     let code = bench.emergencies();
@@ -193,7 +193,7 @@ fn too_much_current_trips() {
     let mut axis = axis_setup(0, 10.0);
     axis.drive.over_current_a = 5.0;
     axis.plant.stop_rad = [-20.0, 11.0];
-    let mut bench = Bench::new(axis);
+    let mut bench = Bench::new(&axis);
     bench.enable(Mode::Cst);
     // 1200 ‰ of 525 mN·m over 0.105 N·m/A: 6 A.
     bench.target = Target::Torque(1200);
@@ -205,9 +205,9 @@ fn too_much_current_trips() {
 
 #[test]
 fn the_heartbeat_of_the_node_is_watched_even_if_it_never_came() {
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.wait(200);
-    let watched = (0x7E_u32 << 16 | 50).to_le_bytes();
+    let watched = ((0x7E_u32 << 16) + 50).to_le_bytes();
     bench.write_sub(0x1016, 1, &watched);
     let node = NodeId::new(0x7E).unwrap();
     bench.write(0x6060, &[8]);
@@ -234,7 +234,7 @@ fn the_heartbeat_of_the_node_is_watched_even_if_it_never_came() {
     bench.cycles(10);
     assert_eq!(bench.state(), PowerState::OperationEnabled);
 
-    let mut bench = Bench::new(axis_setup(0, 10.0));
+    let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.wait(200);
     bench.write_sub(0x1016, 1, &watched);
     bench.wait(100);

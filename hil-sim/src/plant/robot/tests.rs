@@ -31,7 +31,7 @@ fn every_drive_boots_on_its_bus() {
     let mut robot = SimRobot::new(irp6_track(1), 1).unwrap();
     let mut seen = Vec::new();
     robot.advance(200_000_000, &mut |sent| {
-        seen.push((sent.bus, sent.frame.id()))
+        seen.push((sent.bus, sent.frame.id()));
     });
     let id = |node: u16| protocol::frame::Id::Standard(0x700 + node);
     let expected = [(0, 1_u16), (0, 2), (0, 3), (0, 4), (1, 5), (1, 6), (1, 7)];

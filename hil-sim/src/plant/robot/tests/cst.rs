@@ -202,7 +202,7 @@ impl Loop {
         }
         // TPDOs, computation and RPDOs take the cycle; it is the next SYNC that latches.
         self.now_ns += 1_500_000;
-        for axis in 0..self.nodes.len() {
+        for (axis, rated_nm) in rated_nm.iter().enumerate() {
             let actual = self.actual[axis].unwrap();
             let status = Statusword(actual.statusword);
             let count = f64::from(actual.position) / 1000.0;
@@ -210,7 +210,7 @@ impl Loop {
             self.counts[axis] = count;
             let follows = status.has(Statusword::FOLLOWS);
             let amperes = current(axis, follows.then_some(measured));
-            let per_mille = amperes * TORQUE_CONSTANT_NM_A / rated_nm[axis] * 1000.0;
+            let per_mille = amperes * TORQUE_CONSTANT_NM_A / rated_nm * 1000.0;
             #[expect(clippy::cast_possible_truncation, reason = "saturates")]
             let target = Target::Torque(libm::round(per_mille) as i16);
             let word = self.masters[axis].next(status);
