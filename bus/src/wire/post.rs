@@ -92,7 +92,7 @@ impl Outbox<'_> {
     /// Posts a frame now.
     ///
     /// # Errors
-    /// As [`Wire::post`].
+    /// As [`super::Wire::post`].
     pub fn post(&mut self, tap: Tap, frame: Frame) -> Result<(), PostError> {
         self.queues.post(tap, self.at_ns, frame)
     }
@@ -100,7 +100,7 @@ impl Outbox<'_> {
     /// Posts a frame later: a participant that takes `at_ns - self.at_ns()` to answer.
     ///
     /// # Errors
-    /// As [`Wire::post`].
+    /// As [`super::Wire::post`].
     pub fn post_at(&mut self, tap: Tap, at_ns: u64, frame: Frame) -> Result<(), PostError> {
         self.queues.post(tap, at_ns.max(self.at_ns), frame)
     }
