@@ -6,6 +6,7 @@ pub mod input;
 pub mod instruct;
 pub mod mp;
 pub mod plot;
+pub mod program;
 pub mod summary;
 pub mod task;
 pub mod trj;

@@ -64,6 +64,9 @@ pub mod subsystem;
 mod transport;
 pub mod watch;
 
+#[cfg(test)]
+pub(crate) mod test;
+
 /// A behaviour with what may go wrong with it.
 pub struct Job {
     name: String,

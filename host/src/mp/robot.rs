@@ -244,6 +244,12 @@ impl Image {
         (ours && self.issued > self.settled).then_some(feedback.progress)
     }
 
+    /// The number of the latest instruction given in this epoch.
+    #[must_use]
+    pub const fn issued(&self) -> u32 {
+        self.issued
+    }
+
     /// Demanded motor angles, rad.
     #[must_use]
     pub fn demanded_motors(&self) -> Option<PerAxis<f64>> {

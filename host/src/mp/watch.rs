@@ -1,6 +1,6 @@
 //! `f_E` of the Master Process: what ends a job in error, checked before anything else.
 
-use super::failure::Failure;
+use super::failure::{Asked, Failure};
 use super::robot::{Image, Link, Request};
 use super::subsystem::MpSubsystem;
 use agent::{ErrorCondition, Reading};
@@ -96,14 +96,20 @@ impl Watch {
                     refusal,
                 });
             }
-            Request::Unanswered { asked, tries } => {
+            // a silent node is judged by the handshake, which asks again until its time is up
+            Request::Unanswered { asked, tries }
+                if asked != Asked::Identify || self.level == Level::Work =>
+            {
                 return Err(Failure::Unanswered {
                     who: who(),
                     asked,
                     tries,
                 });
             }
-            Request::Idle | Request::Pending { .. } | Request::Accepted { .. } => {}
+            Request::Idle
+            | Request::Pending { .. }
+            | Request::Accepted { .. }
+            | Request::Unanswered { .. } => {}
         }
         if self.level == Level::Work {
             if let Some(Progress::Failed(refusal)) = image.progress() {

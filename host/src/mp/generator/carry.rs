@@ -82,13 +82,19 @@ impl<P: Pace> Carry<P> {
     /// Somewhere on the way a robot cannot follow: see [`Course::check`].
     pub fn new(course: Course, pace: P, grid: Grid, timing: &Timing) -> Result<Self, Failure> {
         course.check(grid, pace.omega() / core::f64::consts::E)?;
-        Ok(Self {
+        Ok(Self::checked(course, pace, grid, timing))
+    }
+
+    /// The same along a course that has been checked, when the task was planned.
+    #[must_use]
+    pub fn checked(course: Course, pace: P, grid: Grid, timing: &Timing) -> Self {
+        Self {
             course,
             pace,
             grid,
             lead: timing.knot_lead_steps,
             tail: timing.knot_repeats.saturating_add(1),
-        })
+        }
     }
 
     /// The course.

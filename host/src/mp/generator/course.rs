@@ -101,6 +101,25 @@ struct Slopes {
     second: PerAxis<f64>,
 }
 
+impl Slopes {
+    /// The motion at this ds/dt and d²s/dt², by the chain rule.
+    fn motion(&self, velocity: f64, acceleration: f64) -> AxisMotion {
+        AxisMotion {
+            position: self.q.clone(),
+            velocity: self.first.iter().map(|d| d * velocity).collect(),
+            acceleration: self
+                .first
+                .iter()
+                .zip(&self.second)
+                .map(|(d, dd)| dd * velocity * velocity + d * acceleration)
+                .collect(),
+        }
+    }
+}
+
+/// The most points at which a course is checked.
+const CHECK_POINTS: f64 = 1000.0;
+
 /// A rate of progress along the way: ds/dt and d²s/dt², and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advance {
@@ -184,18 +203,7 @@ impl Course {
         near: &[f64],
     ) -> Result<AxisMotion, KinematicError> {
         let slopes = self.slopes(carried, advance.s, near)?;
-        let velocity = slopes.first.iter().map(|d| d * advance.velocity).collect();
-        let acceleration = slopes
-            .first
-            .iter()
-            .zip(&slopes.second)
-            .map(|(d, dd)| dd * advance.velocity * advance.velocity + d * advance.acceleration)
-            .collect();
-        Ok(AxisMotion {
-            position: slopes.q,
-            velocity,
-            acceleration,
-        })
+        Ok(slopes.motion(advance.velocity, advance.acceleration))
     }
 
     /// Fourth-order central differences; the way goes on beyond its ends, so that they are the same
@@ -221,48 +229,46 @@ impl Course {
     }
 
     /// Every instant of the motion at the planned pace, within what joints and motors may do; a
-    /// pace that changes by up to `most_change` per second is allowed for.
+    /// pace that changes by up to `most_change` per second is allowed for. Gives the joints of every
+    /// robot at the end.
     ///
     /// # Errors
     /// [`Failure::Kinematics`] or [`Failure::TooFast`] of the first robot that cannot.
-    pub fn check(&self, grid: Grid, most_change: f64) -> Result<(), Failure> {
+    pub fn check(&self, grid: Grid, most_change: f64) -> Result<Vec<PerAxis<f64>>, Failure> {
         let step = grid.macrostep_s();
+        // a slow motion needs no closer look than its length asks for
+        let stride = libm::ceil(self.duration_s() / (step * CHECK_POINTS));
+        let step = step * if stride > 1.0 { stride } else { 1.0 };
+        let mut ends = Vec::new();
         for carried in &self.robots {
             let mut near = carried.joints.clone();
             let mut before: Option<AxisMotion> = None;
             let mut k = 0.0;
             while k * step <= self.duration_s() + step {
-                let tau = k * step;
-                let state = self.profile.at(tau);
-                let acceleration = state.a.abs() + state.v * most_change;
-                for acceleration in [acceleration, -acceleration] {
-                    let advance = Advance {
-                        s: state.p,
-                        velocity: state.v,
-                        acceleration,
-                    };
-                    let failed = |error| Failure::Kinematics {
-                        who: carried.who.clone(),
-                        at: format!("{:.0} % of the way", 100.0 * state.p),
-                        error,
-                    };
-                    let joints = self.joint_motion(carried, advance, &near).map_err(failed)?;
-                    let motors = carried.arm.motor_motion(&joints).map_err(failed)?;
-                    carried.bears(&joints, &motors)?;
-                    near.clone_from(&joints.position);
+                let state = self.profile.at(k * step);
+                let failed = |error| Failure::Kinematics {
+                    who: carried.who.clone(),
+                    at: format!("{:.0} % of the way", 100.0 * state.p),
+                    error,
+                };
+                let slopes = self.slopes(carried, state.p, &near).map_err(failed)?;
+                let motors = |joints: &AxisMotion| carried.arm.motor_motion(joints).map_err(failed);
+                let change = state.v * most_change;
+                for acceleration in [state.a + change, state.a - change] {
+                    let joints = slopes.motion(state.v, acceleration);
+                    carried.bears(&joints, &motors(&joints)?)?;
                 }
-                let planned = self.advance(tau, 1.0, 0.0);
-                let now = self
-                    .joint_motion(carried, planned, &near)
-                    .and_then(|joints| carried.arm.motor_motion(&joints));
-                if let (Ok(now), Some(before)) = (&now, &before) {
-                    carried.bears_jerk(before, now, step)?;
+                let now = motors(&slopes.motion(state.v, state.a))?;
+                if let Some(before) = &before {
+                    carried.bears_jerk(before, &now, step)?;
                 }
-                before = now.ok();
+                before = Some(now);
+                near = slopes.q;
                 k += 1.0;
             }
+            ends.push(near);
         }
-        Ok(())
+        Ok(ends)
     }
 }
 

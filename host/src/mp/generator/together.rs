@@ -18,6 +18,7 @@ pub struct Together {
     decision: Option<Decision>,
     grid: Grid,
     lead: u32,
+    start: Option<u32>,
     follow: bool,
 }
 
@@ -30,6 +31,7 @@ impl Together {
             decision: None,
             grid,
             lead,
+            start: None,
             follow: false,
         }
     }
@@ -46,8 +48,16 @@ impl Together {
             decision: None,
             grid,
             lead: 0,
+            start: None,
             follow: true,
         }
+    }
+
+    /// Start at this instant: for robots that begin together in different behaviours.
+    #[must_use]
+    pub const fn starting_at(mut self, i: u32) -> Self {
+        self.start = Some(i);
+        self
     }
 
     /// Loose coordination: the decision that goes with it, told to every robot in its cyclic
@@ -64,7 +74,9 @@ impl Generator<MpSubsystem> for Together {
     type Args = F<(), E, ()>;
 
     fn first(&self, x: X<'_, MpSubsystem, Self::Args>) -> ((), Commands) {
-        let start_at = if self.items.len() > 1 && !self.follow {
+        let start_at = if let Some(i) = self.start {
+            self.grid.at(i)
+        } else if self.items.len() > 1 && !self.follow {
             self.grid.at(x.i().saturating_add(self.lead))
         } else {
             Micros(0)

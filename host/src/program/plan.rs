@@ -1,0 +1,529 @@
+//! A task walked through by kinematics, from where the robots are: whatever cannot be is told with
+//! its place in the file before anything moves.
+
+use super::progress::Segment;
+use crate::mp::arm::Arm;
+use crate::mp::config::{Config, Grid, RobotConfig};
+use crate::mp::failure::Failure;
+use crate::mp::generator::{Carried, Course};
+use crate::task::{Action, Coordination, Step, Task, Tight};
+use core::fmt;
+use motion::{Line, Pose};
+use protocol::message::{Instruction, PoseMessage, PosePath, PoseReference, ServoLaw};
+use protocol::units::PerAxis;
+use robots::KinematicError;
+use std::path::{Path, PathBuf};
+
+/// Where a robot is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Motor angles, rad; before homing they count from anywhere.
+    pub motors: PerAxis<f64>,
+    /// Is it homed?
+    pub homed: bool,
+}
+
+impl Place {
+    /// Not homed, as a robot that was just switched on.
+    #[must_use]
+    pub fn unknown(arm: &dyn Arm) -> Self {
+        Self {
+            motors: arm.axes().iter().map(|_| 0.0).collect(),
+            homed: false,
+        }
+    }
+}
+
+/// A motion of one robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Which robot.
+    pub robot: usize,
+    /// What its node is asked for.
+    pub instruction: Instruction,
+    /// The way it takes.
+    pub segment: Segment,
+}
+
+/// What a step does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// Home these robots.
+    Home(Vec<usize>),
+    /// Groups of motions; the motions of a group begin together, and a group begins when the one
+    /// before has ended for all.
+    Groups(Vec<Vec<Motion>>),
+    /// A list of motions for each robot; they begin together and then go on, each for itself.
+    Streams(Vec<Vec<Motion>>),
+    /// Let time pass, s.
+    Wait(f64),
+    /// Carry an object.
+    Carry {
+        /// Its way.
+        tight: Tight,
+        /// The joints of its robots at the beginning, in the order of the way's list.
+        start: Vec<PerAxis<f64>>,
+    },
+    /// Choose a servo law.
+    Servo(usize, ServoLaw),
+}
+
+/// A step with its work.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// Its name.
+    pub name: String,
+    /// What is done.
+    pub work: Work,
+}
+
+/// A task, planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The steps in their order.
+    pub steps: Vec<Planned>,
+    /// Where the robots will be at the end.
+    pub end: Vec<Place>,
+}
+
+/// Why a task cannot be run from where the robots are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanError {
+    /// The file, if there is one.
+    pub path: Option<PathBuf>,
+    /// The line, from 1; 0 if unknown.
+    pub line: u32,
+    /// The name of the step.
+    pub step: String,
+    /// The robot.
+    pub robot: String,
+    /// Why.
+    pub why: Why,
+}
+
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Why {
+    /// The robot must be homed for this.
+    NotHomed,
+    /// Outside its limits or its reach, at the goal or at a share of the way.
+    Kinematics {
+        /// The share of the way, 1 = the goal.
+        share: f64,
+        /// Why.
+        error: KinematicError,
+    },
+    /// The carry cannot be.
+    Carry(Failure),
+}
+
+impl PlanError {
+    /// The exit code of a program that ends with this: nothing moved.
+    #[must_use]
+    pub const fn exit_code(&self) -> u8 {
+        11
+    }
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.path {
+            Some(path) => write!(f, "{}:{}: error: ", path.display(), self.line)?,
+            None if self.line > 0 => write!(f, "line {}: error: ", self.line)?,
+            None => write!(f, "step \"{}\": error: ", self.step)?,
+        }
+        match &self.why {
+            Why::NotHomed => write!(
+                f,
+                "{} is not homed (expected a step `home` before, or a relative motion of motors)",
+                self.robot
+            ),
+            Why::Kinematics { share, error } if *share >= 1.0 => {
+                write!(f, "{}: the goal: {error}", self.robot)
+            }
+            Why::Kinematics { share, error } => {
+                write!(
+                    f,
+                    "{}: at {:.0} % of the way: {error}",
+                    self.robot,
+                    100.0 * share
+                )
+            }
+            Why::Carry(failure) => failure.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for PlanError {}
+
+impl Plan {
+    /// Walks through a task from where the robots are. `path` is the task's file, for messages.
+    ///
+    /// # Errors
+    /// The first motion that cannot be.
+    pub fn new(
+        task: &Task,
+        path: Option<&Path>,
+        config: &Config,
+        places: Vec<Place>,
+    ) -> Result<Self, PlanError> {
+        let mut walk = Walk {
+            config,
+            path,
+            places,
+        };
+        let mut steps = Vec::new();
+        for step in &task.steps {
+            let work = walk.step(step)?;
+            steps.push(Planned {
+                name: step.name.clone(),
+                work,
+            });
+        }
+        Ok(Self {
+            steps,
+            end: walk.places,
+        })
+    }
+}
+
+struct Walk<'a> {
+    config: &'a Config,
+    path: Option<&'a Path>,
+    places: Vec<Place>,
+}
+
+/// Where in a file something stands.
+struct Source<'a> {
+    path: Option<&'a Path>,
+    line: u32,
+    step: &'a Step,
+}
+
+impl Walk<'_> {
+    fn step(&mut self, step: &Step) -> Result<Work, PlanError> {
+        let source = Source {
+            path: self.path,
+            line: step.line,
+            step,
+        };
+        Ok(match &step.action {
+            Action::Home { robots } => {
+                for robot in robots {
+                    if let Some(place) = self.places.get_mut(*robot)
+                        && !place.homed
+                    {
+                        *place = Place {
+                            motors: place.motors.iter().map(|_| 0.0).collect(),
+                            homed: true,
+                        };
+                    }
+                }
+                Work::Home(robots.clone())
+            }
+            Action::Replay {
+                replays,
+                coordination,
+            } => {
+                let mut lists = Vec::new();
+                for replay in replays {
+                    let mut motions = Vec::new();
+                    for node in &replay.trajectory.nodes {
+                        let instruction = replay.trajectory.instruction(node);
+                        let path = Some(replay.path.as_path());
+                        let at = Source {
+                            path,
+                            line: node.line,
+                            step,
+                        };
+                        motions.push(self.motion(replay.robot, instruction, &at)?);
+                    }
+                    lists.push(motions);
+                }
+                match coordination {
+                    Coordination::None => Work::Streams(lists),
+                    Coordination::Loose => Work::Groups(transposed(lists)),
+                }
+            }
+            Action::Move { moves } => {
+                let mut group = Vec::new();
+                for one in moves {
+                    group.push(self.motion(one.robot, one.instruction(), &source)?);
+                }
+                Work::Groups(vec![group])
+            }
+            Action::Wait { seconds } => Work::Wait(*seconds),
+            Action::Tight(tight) => {
+                let start = self.carry(tight, &source)?;
+                Work::Carry {
+                    tight: tight.clone(),
+                    start,
+                }
+            }
+            Action::Regulator { robot, law } => Work::Servo(*robot, *law),
+        })
+    }
+
+    fn motion(
+        &mut self,
+        robot: usize,
+        instruction: Instruction,
+        source: &Source<'_>,
+    ) -> Result<Motion, PlanError> {
+        let pair = self
+            .config
+            .robots
+            .get(robot)
+            .zip(self.places.get_mut(robot));
+        let Some((config, place)) = pair else {
+            return Err(error(source, "", Why::NotHomed));
+        };
+        let segment =
+            walk(config, place, &instruction).map_err(|why| error(source, &config.name, why))?;
+        Ok(Motion {
+            robot,
+            instruction,
+            segment,
+        })
+    }
+
+    fn carry(
+        &mut self,
+        tight: &Tight,
+        source: &Source<'_>,
+    ) -> Result<Vec<PerAxis<f64>>, PlanError> {
+        let mut carried = Vec::new();
+        for robot in &tight.robots {
+            let pair = self.config.robots.get(*robot).zip(self.places.get(*robot));
+            let Some((config, place)) = pair else {
+                continue;
+            };
+            let failed = |why| error(source, &config.name, why);
+            if !place.homed {
+                return Err(failed(Why::NotHomed));
+            }
+            let one = config
+                .arm
+                .joints(&place.motors)
+                .and_then(|joints| Carried::new(*robot, config, joints))
+                .map_err(|error| failed(Why::Kinematics { share: 0.0, error }))?;
+            carried.push(one);
+        }
+        let names = source.step.name.as_str();
+        let course = Course::new(tight.clone(), carried).map_err(|e| {
+            error(
+                source,
+                names,
+                Why::Kinematics {
+                    share: 0.0,
+                    error: e,
+                },
+            )
+        })?;
+        let grid = Grid::new(&self.config.timing);
+        let ends = course
+            .check(grid, 0.0)
+            .map_err(|failure| error(source, names, Why::Carry(failure)))?;
+        for (carried, joints) in course.robots().iter().zip(ends) {
+            let pair = self
+                .config
+                .robots
+                .get(carried.robot)
+                .zip(self.places.get_mut(carried.robot));
+            if let Some((config, place)) = pair {
+                place.motors = config.arm.motors(&joints).map_err(|e| {
+                    error(
+                        source,
+                        &config.name,
+                        Why::Kinematics {
+                            share: 1.0,
+                            error: e,
+                        },
+                    )
+                })?;
+            }
+        }
+        Ok(course
+            .robots()
+            .iter()
+            .map(|c| c.joints().iter().copied().collect())
+            .collect())
+    }
+}
+
+fn error(source: &Source<'_>, robot: &str, why: Why) -> PlanError {
+    PlanError {
+        path: source.path.map(Path::to_path_buf),
+        line: source.line,
+        step: source.step.name.clone(),
+        robot: robot.to_owned(),
+        why,
+    }
+}
+
+fn transposed(lists: Vec<Vec<Motion>>) -> Vec<Vec<Motion>> {
+    let nodes = lists.iter().map(Vec::len).max().unwrap_or(0);
+    let mut groups: Vec<Vec<Motion>> = (0..nodes).map(|_| Vec::new()).collect();
+    for list in lists {
+        for (group, motion) in groups.iter_mut().zip(list) {
+            group.push(motion);
+        }
+    }
+    groups
+}
+
+/// How many points of a straight way in axes are looked at.
+const AXIS_POINTS: u32 = 32;
+/// A line is looked at every so many m and rad.
+const LINE_STEP: f64 = 0.01;
+/// Two neighbouring points of a line are nearer than this, rad or m; another branch is not.
+const BRANCH: f64 = 0.5;
+
+/// One instruction from a place: its way, all of it inside the limits; the place moves on.
+fn walk(
+    config: &RobotConfig,
+    place: &mut Place,
+    instruction: &Instruction,
+) -> Result<Segment, Why> {
+    let arm = config.arm;
+    let sum = |from: &PerAxis<f64>, by: &PerAxis<f64>, relative: bool| -> PerAxis<f64> {
+        if relative {
+            from.iter().zip(by).map(|(a, b)| a + b).collect()
+        } else {
+            by.clone()
+        }
+    };
+    match instruction {
+        Instruction::MoveMotors {
+            target, relative, ..
+        } => {
+            let (from, to) = (place.motors.clone(), sum(&place.motors, target, *relative));
+            if place.homed {
+                straight(&from, &to, |motors| arm.check(&arm.joints(motors)?))?;
+            } else if !relative {
+                return Err(Why::NotHomed);
+            }
+            place.motors.clone_from(&to);
+            Ok(Segment::Motors { from, to })
+        }
+        Instruction::MoveJoints {
+            target, relative, ..
+        } => {
+            let from = joints(arm, place)?;
+            let to = sum(&from, target, *relative);
+            straight(&from, &to, |joints| arm.check(joints))?;
+            place.motors = arm.motors(&to).map_err(goal)?;
+            Ok(Segment::Joints { from, to })
+        }
+        Instruction::MovePose {
+            target,
+            reference,
+            path,
+            ..
+        } => {
+            let from = joints(arm, place)?;
+            let t_base_tool = arm.forward(&from).map_err(goal)? * config.t_flange_tool;
+            let to = match reference {
+                PoseReference::Base => pose(target),
+                PoseReference::Tool => t_base_tool * pose(target),
+            };
+            let (segment, end) = match path {
+                PosePath::Line => {
+                    let line = Line::new(t_base_tool, to);
+                    let end = along(config, &line, from)?;
+                    (
+                        Segment::Line {
+                            from: t_base_tool,
+                            to,
+                        },
+                        end,
+                    )
+                }
+                PosePath::Joint => {
+                    let flange = to * config.t_flange_tool.inverse();
+                    let end = arm.inverse(&flange, &from).map_err(goal)?;
+                    straight(&from, &end, |joints| arm.check(joints))?;
+                    (
+                        Segment::Joints {
+                            from,
+                            to: end.clone(),
+                        },
+                        end,
+                    )
+                }
+            };
+            place.motors = arm.motors(&end).map_err(goal)?;
+            Ok(segment)
+        }
+        Instruction::Hold { .. }
+        | Instruction::Follow
+        | Instruction::Wait { .. }
+        | Instruction::Program { .. } => Ok(Segment::None),
+    }
+}
+
+const fn goal(error: KinematicError) -> Why {
+    Why::Kinematics { share: 1.0, error }
+}
+
+fn pose(message: &PoseMessage) -> Pose {
+    Pose::from_rotation_vector(message.position_m.into(), message.rotation_rad.into())
+}
+
+fn joints(arm: &dyn Arm, place: &Place) -> Result<PerAxis<f64>, Why> {
+    if place.homed {
+        arm.joints(&place.motors)
+            .map_err(|error| Why::Kinematics { share: 0.0, error })
+    } else {
+        Err(Why::NotHomed)
+    }
+}
+
+/// The goal first, because it says most; then what lies before it.
+fn straight(
+    from: &PerAxis<f64>,
+    to: &PerAxis<f64>,
+    check: impl Fn(&[f64]) -> Result<(), KinematicError>,
+) -> Result<(), Why> {
+    if from.len() != to.len() {
+        return Err(goal(KinematicError::NotFinite));
+    }
+    check(to).map_err(goal)?;
+    for k in 1..AXIS_POINTS {
+        let share = f64::from(k) / f64::from(AXIS_POINTS);
+        let between: PerAxis<f64> = from
+            .iter()
+            .zip(to)
+            .map(|(a, b)| a + share * (b - a))
+            .collect();
+        check(&between).map_err(|error| Why::Kinematics { share, error })?;
+    }
+    Ok(())
+}
+
+fn along(config: &RobotConfig, line: &Line, from: PerAxis<f64>) -> Result<PerAxis<f64>, Why> {
+    let length = if line.length_m() > line.angle_rad() {
+        line.length_m()
+    } else {
+        line.angle_rad()
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 1 and 1000; the conversion saturates"
+    )]
+    let points = (libm::ceil(length / LINE_STEP) as u32).clamp(1, 1000);
+    let mut near = from;
+    for k in 1..=points {
+        let share = f64::from(k) / f64::from(points);
+        let failed = |error| Why::Kinematics { share, error };
+        let flange = line.at(share) * config.t_flange_tool.inverse();
+        let next = config.arm.inverse(&flange, &near).map_err(failed)?;
+        if next.iter().zip(&near).any(|(a, b)| (a - b).abs() > BRANCH) {
+            return Err(failed(KinematicError::Singular));
+        }
+        config.arm.check(&next).map_err(failed)?;
+        near = next;
+    }
+    Ok(near)
+}

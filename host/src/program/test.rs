@@ -1,0 +1,307 @@
+//! Tasks from text to rest, in virtual time, with scripted peers.
+
+use super::plan::{Place, Plan, Work};
+use super::run::NEXT_NODE;
+use super::{Progress, Run, RunError, RunStatus, Segment, config_of};
+use crate::mp::config::Config;
+use crate::mp::failure::Failure;
+use crate::mp::test::peer::Script;
+use crate::mp::test::world::{Driver, World};
+use crate::task::Task;
+use protocol::frame::Frame;
+use protocol::message::{Instruction, NodeState, StopKind};
+use protocol::time::Micros;
+use std::path::Path;
+
+const CELL: &str =
+    "title = \"t\"\n[cell]\nrobot = [{ kind = \"irp6-track\" }, { kind = \"irp6-postument\" }]\n";
+
+fn task(steps: &str) -> Task {
+    Task::parse(&format!("{CELL}{steps}")).unwrap()
+}
+
+struct Driven {
+    run: Run,
+    status: RunStatus,
+    progress: Vec<Progress>,
+}
+
+impl Driver for Driven {
+    fn step(&mut self, now: Micros, rx: Vec<(Micros, Frame)>, tx: &mut dyn FnMut(Frame)) {
+        self.status = self.run.step(now, rx, &mut |frame| tx(frame));
+        self.progress.extend(self.run.progress());
+    }
+}
+
+fn world(task: Task, scripts: [Script; 2]) -> World<Driven> {
+    let config = config_of(&task.cell).unwrap();
+    let run = Run::new(task, None, config, 1).unwrap();
+    World::around(
+        Driven {
+            run,
+            status: RunStatus::Running,
+            progress: Vec::new(),
+        },
+        scripts,
+    )
+}
+
+fn finish(world: &mut World<Driven>) -> RunStatus {
+    assert!(
+        world.until(300_000, |w| w.driver.status != RunStatus::Running),
+        "the run does not end: {:?}",
+        world.driver.progress.last()
+    );
+    world.driver.status.clone()
+}
+
+const FULL: &str = r#"
+[[step]]
+home = ["irp6-track", "irp6-postument"]
+[[step]]
+move = [
+  { robot = "irp6-track", joints = [0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0], relative = true },
+  { robot = "irp6-postument", motors = [2.0, 0.0, 0.0, 0.0, 0.0, 0.0], relative = true },
+]
+[[step]]
+wait = { seconds = 0.3 }
+[[step]]
+tight = { robots = ["irp6-track", "irp6-postument"], displacement_m = [0.0, 0.0, 0.04], duration_s = 1.5 }
+[[step]]
+regulator = { robot = "irp6-track", law = "feed-forward" }
+"#;
+
+#[test]
+fn a_task_runs_to_its_end() {
+    let mut world = world(task(FULL), [Script::default(), Script::default()]);
+    assert_eq!(finish(&mut world), RunStatus::Done);
+    let progress = &world.driver.progress;
+    let began = |p: &&Progress| matches!(p, Progress::StepBegan { of: 5, .. });
+    assert_eq!(progress.iter().filter(began).count(), 5);
+    assert_eq!(progress.last(), Some(&Progress::Released));
+    assert!(progress.contains(&Progress::Node {
+        step: 2,
+        robot: 1,
+        node: 1,
+        of: 1
+    }));
+    // home, one move, one carry
+    for peer in &world.peers {
+        assert_eq!(peer.started.len(), 2);
+        assert_eq!(peer.started[1].1, Instruction::Follow);
+        assert_eq!(peer.state, NodeState::Holding);
+        assert!(peer.stopped.is_empty(), "nobody had to be stopped");
+    }
+    assert_eq!(world.peers[0].started[0].0, world.peers[1].started[0].0);
+    // where the plan said they would be: the feedback's units at the beginning of the carry
+    let end = &world.driver.run.plan().unwrap().end;
+    for (peer, place) in world.peers.iter().zip(end) {
+        for (motor, planned) in peer.motors.iter().zip(&place.motors) {
+            assert!((motor - planned).abs() < 1e-4, "{motor} {planned}");
+        }
+    }
+    assert!(
+        world
+            .driver
+            .run
+            .checklists()
+            .iter()
+            .all(super::super::mp::checklist::Checklist::is_ok)
+    );
+}
+
+#[test]
+fn observers_are_told_the_way() {
+    let mut world = world(task(FULL), [Script::default(), Script::default()]);
+    let mut seen: Vec<&'static str> = Vec::new();
+    while world.driver.status == RunStatus::Running && world.now.0 < 60_000_000 {
+        world.tick();
+        let name = match world.driver.run.segment(0) {
+            Segment::None => "none",
+            Segment::Homing => "homing",
+            Segment::Motors { .. } => "motors",
+            Segment::Joints { from, to } => {
+                assert!((to[3] - from[3] - 0.02).abs() < 1e-12);
+                "joints"
+            }
+            Segment::Line { .. } => "line",
+            Segment::Carry { .. } => "carry",
+        };
+        if seen.last() != Some(&name) {
+            seen.push(name);
+        }
+    }
+    assert_eq!(
+        seen,
+        ["none", "homing", "none", "joints", "none", "carry", "none"]
+    );
+}
+
+#[test]
+fn what_is_homed_is_not_homed_again() {
+    let homed = || Script {
+        homed: true,
+        ..Script::default()
+    };
+    let mut world = world(task(FULL), [homed(), homed()]);
+    assert_eq!(finish(&mut world), RunStatus::Done);
+    assert!(!world.driver.progress.iter().any(|p| matches!(
+        p,
+        Progress::Robot(event) if matches!(event.what, crate::mp::event::What::Homing { .. })
+    )));
+}
+
+fn plan(steps: &str, path: Option<&Path>) -> Result<Plan, String> {
+    let task = task(steps);
+    let config: Config = config_of(&task.cell).unwrap();
+    let places = config
+        .robots
+        .iter()
+        .map(|r| Place::unknown(r.arm))
+        .collect();
+    Plan::new(&task, path, &config, places).map_err(|error| error.to_string())
+}
+
+#[test]
+fn what_cannot_be_is_told_with_its_line() {
+    let path = Path::new("job.toml");
+    let error = plan(
+        "[[step]]\nmove = { robot = \"irp6-track\", joints = [0, 0, 0, 0, 0, 0, 0] }\n",
+        Some(path),
+    );
+    assert_eq!(
+        error.unwrap_err(),
+        "job.toml:4: error: irp6-track is not homed (expected a step `home` before, or a relative motion of motors)"
+    );
+    let home = "[[step]]\nhome = [\"irp6-track\"]\n";
+    let far = format!(
+        "{home}[[step]]\nmove = {{ robot = \"irp6-track\", pose = {{ position_m = [9, 0, 0], rotation_rad = [0, 0, 0] }} }}\n"
+    );
+    let error = plan(&far, Some(path)).unwrap_err();
+    assert!(
+        error.starts_with("job.toml:6: error: irp6-track: at "),
+        "{error}"
+    );
+    assert!(!error.contains('\n'));
+    let limit = format!(
+        "{home}[[step]]\nmove = {{ robot = \"irp6-track\", joints = [0, 0, 0, 0, 0, 0, 9], relative = true }}\n"
+    );
+    let error = plan(&limit, None).unwrap_err();
+    assert!(
+        error.contains("line 6: error: irp6-track: the goal: "),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_task_that_cannot_be_moves_nothing() {
+    let steps = "[[step]]\nmove = { robot = \"irp6-track\", joints = [0, 0, 0, 0, 0, 0, 0] }\n";
+    let mut world = world(task(steps), [Script::default(), Script::default()]);
+    match finish(&mut world) {
+        RunStatus::Failed(error @ RunError::Plan(_)) => assert_eq!(error.exit_code(), 11),
+        other => panic!("{other:?}"),
+    }
+    for peer in &world.peers {
+        assert!(peer.started.is_empty());
+        assert!(matches!(
+            peer.state,
+            NodeState::Configuring | NodeState::Disabled
+        ));
+    }
+}
+
+#[test]
+fn unhomed_motors_may_jog() {
+    let steps = "[[step]]\nmove = { robot = \"irp6-track\", motors = [1, 0, 0, 0, 0, 0, 0], relative = true }\n";
+    let mut world = world(task(steps), [Script::default(), Script::default()]);
+    assert_eq!(finish(&mut world), RunStatus::Done);
+    assert_eq!(world.peers[0].started.len(), 1);
+}
+
+#[test]
+fn the_operator_ends_it_at_rest_and_released() {
+    let mut world = world(task(FULL), [Script::default(), Script::default()]);
+    assert!(world.until(30_000, |w| w.peers[0].state == NodeState::Moving));
+    let now = world.now;
+    let mut frames = Vec::new();
+    world
+        .driver
+        .run
+        .stop(StopKind::Path, now, &mut |frame| frames.push(frame));
+    for peer in &mut world.peers {
+        peer.step(now, &frames, &mut |_| {});
+    }
+    match finish(&mut world) {
+        RunStatus::Failed(error) => {
+            assert_eq!(error.exit_code(), 12);
+            assert!(
+                error.to_string().contains("stopped by the operator"),
+                "{error}"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    for (peer, image) in world.peers.iter().zip(world.driver.run.mp().robots()) {
+        assert_eq!(peer.state, NodeState::Holding);
+        assert_eq!(image.epoch(), None);
+    }
+    assert!(
+        world
+            .driver
+            .progress
+            .ends_with(&[Progress::AtRest, Progress::Released])
+    );
+}
+
+#[test]
+fn a_fault_ends_the_task_with_who_and_what() {
+    let mut world = world(task(FULL), [Script::default(), Script::default()]);
+    assert!(world.until(30_000, |w| w.peers[1].state == NodeState::Moving));
+    world.peers[1].script.fault_at = Some(world.now);
+    match finish(&mut world) {
+        RunStatus::Failed(RunError::Failure {
+            step: Some(step),
+            failure: Failure::Fault { who, .. },
+        }) => {
+            assert!(step.starts_with("move "), "{step}");
+            assert_eq!(who.robot, 1);
+        }
+        other => panic!("{other:?}"),
+    }
+    assert_eq!(world.peers[0].stopped.len(), 1);
+}
+
+#[test]
+fn the_shipped_task_runs() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tasks/two-arms.toml");
+    let task = Task::load(&path).unwrap();
+    let config = config_of(&task.cell).unwrap();
+    let places = config
+        .robots
+        .iter()
+        .map(|r| Place::unknown(r.arm))
+        .collect();
+    let plan = Plan::new(&task, Some(&path), &config, places).unwrap();
+    let loose = plan
+        .steps
+        .iter()
+        .any(|s| matches!(&s.work, Work::Groups(g) if g.len() > 1));
+    let mut world = world(task, [Script::default(), Script::default()]);
+    assert_eq!(finish(&mut world), RunStatus::Done);
+    assert_eq!(NEXT_NODE, 1);
+    let end = world.driver.run.plan().unwrap().end.clone();
+    for (peer, place) in world.peers.iter().zip(&end) {
+        for (motor, planned) in peer.motors.iter().zip(&place.motors) {
+            // units of the feedback from which relative motions and carries begin, through the gears
+            assert!((motor - planned).abs() < 1e-3, "{motor} {planned}");
+        }
+    }
+    if loose {
+        // every node of the loose steps was announced, in order
+        assert!(
+            world.peers.iter().all(|p| p.decisions.starts_with(&[1, 2])),
+            "{:?}",
+            world.peers[0].decisions
+        );
+    }
+}
