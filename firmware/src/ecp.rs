@@ -8,6 +8,7 @@
 //! `ecp/condition`, an instruction of the wire an arm in [`Ecp::accept`]; a user's own program
 //! implements [`Programs`] and needs none of these.
 
+pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;

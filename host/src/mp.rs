@@ -36,6 +36,7 @@ use self::event::{Event, What};
 use self::failure::Failure;
 use self::robot::{Image, Link};
 use self::sensor::{Bundle, Sensors};
+use self::stop::Stopping;
 use self::subsystem::{BoxedBehaviour, MpSubsystem};
 use self::transport::{Lease, SESSIONS, Transport};
 use self::watch::{Interoceptors, Watch};
@@ -44,7 +45,6 @@ use protocol::clock::Master;
 use protocol::cyphal::Heartbeat;
 use protocol::frame::Frame;
 use protocol::link::{Endpoint, Role, Statistics};
-use protocol::message::{StopAll, StopKind};
 use protocol::time::Micros;
 
 pub mod arm;
@@ -60,6 +60,7 @@ pub mod generator;
 mod receive;
 pub mod robot;
 pub mod sensor;
+mod stop;
 pub mod subsystem;
 mod transport;
 pub mod watch;
@@ -106,18 +107,6 @@ pub enum MpStatus {
     Ended,
     /// The job has ended in error.
     Failed(Failure),
-}
-
-/// A stop is broadcast so many times …
-const STOP_TIMES: u8 = 3;
-/// … this far apart at least.
-const STOP_GAP: Micros = Micros::from_millis(5);
-
-#[derive(Clone, Copy, Debug)]
-struct Stopping {
-    kind: StopKind,
-    left: u8,
-    next: Micros,
 }
 
 /// The Master Process.
@@ -279,20 +268,6 @@ impl Mp {
         self.status.clone()
     }
 
-    /// Stops everyone at once: a broadcast, repeated, and a request to every robot, answered. The
-    /// job ends as stopped by the operator.
-    pub fn stop(&mut self, kind: StopKind, now: Micros, tx: &mut impl FnMut(Frame)) {
-        self.broadcast_stop(kind, now, tx);
-        for (transport, image) in self.transports.iter_mut().zip(&mut self.input.e) {
-            if *image.link() != Link::Silent {
-                transport.stop(image, kind);
-                let timing = &self.config.timing;
-                transport.send_requests(image, now, timing, &mut self.endpoint, tx);
-            }
-        }
-        self.end_in_error(now, Failure::Stopped { kind });
-    }
-
     fn set_instant(&mut self, i: u32) {
         self.input.i = i;
         self.input.v.set_instant(i);
@@ -318,41 +293,6 @@ impl Mp {
     /// given to [`Mp::step`].
     pub const fn time_message_left(&mut self, at: Micros) {
         self.clock.sent(at);
-    }
-
-    fn broadcast_stop(&mut self, kind: StopKind, now: Micros, tx: &mut impl FnMut(Frame)) {
-        // cannot fail: the message is a byte long
-        let _sent = self.endpoint.send_stop_all(&StopAll { kind }, tx);
-        self.stopping = Some(Stopping {
-            kind,
-            left: STOP_TIMES - 1,
-            next: now + STOP_GAP,
-        });
-        self.events.push(Event {
-            at: now,
-            what: What::StopAll {
-                kind,
-                by_other: false,
-            },
-        });
-    }
-
-    fn repeat_stop(&mut self, now: Micros, tx: &mut impl FnMut(Frame)) {
-        if let Some(stopping) = &mut self.stopping
-            && now >= stopping.next
-        {
-            let _sent = self.endpoint.send_stop_all(
-                &StopAll {
-                    kind: stopping.kind,
-                },
-                tx,
-            );
-            stopping.left = stopping.left.saturating_sub(1);
-            stopping.next = now + STOP_GAP;
-            if stopping.left == 0 {
-                self.stopping = None;
-            }
-        }
     }
 
     /// Silence for too long ends an exchange.
@@ -386,13 +326,13 @@ impl Mp {
                 return;
             }
             Outcome::Error { fault, .. } => fault,
-            Outcome::Demand(commands) => match commands.give_up {
-                Some(failure) => failure,
-                None => {
+            Outcome::Demand(commands) => {
+                let Some(failure) = commands.give_up else {
                     self.take(commands.robots);
                     return;
-                }
-            },
+                };
+                failure
+            }
         };
         self.stop_group(now, tx);
         self.end_in_error(now, failure);
@@ -401,7 +341,7 @@ impl Mp {
     fn take(&mut self, commands: Vec<(usize, command::RobotCommand)>) {
         let lease = Lease {
             nonce: self.nonce,
-            lease_ms: self.config.timing.lease_ms,
+            term_ms: self.config.timing.lease_ms,
             takeover: self.config.takeover,
         };
         for (robot, command) in commands {
@@ -411,36 +351,6 @@ impl Mp {
                 .zip(self.input.e.get_mut(robot));
             if let Some((transport, image)) = pair {
                 transport.take(image, command, &lease);
-            }
-        }
-    }
-
-    /// One failed: all robots of the job stop on their paths in this macrostep. Where the job has
-    /// every robot we command, one frame says it to all, so that they begin in the same servo step.
-    fn stop_group(&mut self, now: Micros, tx: &mut impl FnMut(Frame)) {
-        let members = self
-            .job
-            .as_ref()
-            .map_or(&[][..], |job| &job.robots)
-            .to_vec();
-        let ours: Vec<usize> = self
-            .input
-            .e
-            .iter()
-            .enumerate()
-            .filter(|(_, image)| image.epoch().is_some())
-            .map(|(robot, _)| robot)
-            .collect();
-        if ours.len() > 1 && ours.iter().all(|robot| members.contains(robot)) {
-            self.broadcast_stop(StopKind::Path, now, tx);
-        }
-        for robot in ours.into_iter().filter(|robot| members.contains(robot)) {
-            let pair = self
-                .transports
-                .get_mut(robot)
-                .zip(self.input.e.get_mut(robot));
-            if let Some((transport, image)) = pair {
-                transport.stop(image, StopKind::Path);
             }
         }
     }

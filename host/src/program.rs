@@ -15,7 +15,7 @@ use crate::mp::config::{Config, RobotConfig};
 use crate::task::{BusKind, Cell};
 use protocol::id::NodeId;
 use protocol::transfer::Mtu;
-use robots::VelocityFactor;
+use robots::{RobotKind, VelocityFactor};
 
 pub mod plan;
 pub mod progress;
@@ -25,8 +25,9 @@ pub use plan::{Plan, PlanError};
 pub use progress::{Progress, Segment};
 pub use run::{Run, RunError, RunStatus};
 
-/// The Master Process of a cell: robots are effectors 1, 2, … in the cell's order, and frames are as
-/// long as the shortest of its buses towards the nodes allows.
+/// The Master Process of a cell. Frames are as long as the shortest of its buses towards the nodes
+/// allows. A robot's effector number is that of its kind (track 1, postument 2), as nodes choose it
+/// by themselves; a second robot of a kind gets the next free number.
 ///
 /// Nothing if the cell has more robots than there are node numbers, or a velocity factor outside
 /// (0, 1]; task files cannot say that.
@@ -34,7 +35,16 @@ pub use run::{Run, RunError, RunStatus};
 pub fn config_of(cell: &Cell) -> Option<Config> {
     let mut robots = Vec::new();
     let mut mtu = Mtu::Fd;
-    for (spec, j) in cell.robots.iter().zip(1_u8..) {
+    let mut taken: Vec<u8> = Vec::new();
+    for spec in &cell.robots {
+        let j = (1_u8..)
+            .zip(RobotKind::ALL)
+            .find(|(_, kind)| *kind == spec.kind)
+            .map(|(j, _)| j)
+            .filter(|j| !taken.contains(j));
+        let first = u8::try_from(RobotKind::ALL.len()).ok()?.checked_add(1)?;
+        let j = j.or_else(|| (first..=u8::MAX).find(|j| !taken.contains(j)))?;
+        taken.push(j);
         let arm = arm(spec.kind);
         robots.push(RobotConfig {
             name: spec.name.clone(),

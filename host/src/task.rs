@@ -30,6 +30,7 @@
 //! file that names them. What needs kinematics or the state of a robot (reach, limits, homing) is
 //! judged when the step begins.
 
+use crate::error::Error;
 use crate::input::{DataError, LoadError, Problem};
 use crate::trj::Trajectory;
 use document::{Document, Fields};
@@ -47,6 +48,8 @@ mod shipped;
 mod step;
 #[cfg(test)]
 mod test;
+
+use step::{AXIS_SPEED, POSE_SPEED};
 
 pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec};
 
@@ -266,6 +269,54 @@ impl Task {
         }
     }
 
+    /// The task of one move, homing the robot first. `speed` is a fraction of its speed ceilings,
+    /// the original's default if absent; a pose is x, y, z (m) and a rotation vector (rad), reached
+    /// on a straight line.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a wrong number of values.
+    pub fn single_move(
+        kind: RobotKind,
+        target: MoveTarget,
+        relative: bool,
+        speed: Option<f64>,
+    ) -> Result<Self, Error> {
+        let (what, expected, values) = match &target {
+            MoveTarget::Joints(values) => ("--joints", kind.axes(), values),
+            MoveTarget::Motors(values) => ("--motors", kind.axes(), values),
+            MoveTarget::Pose(values) => ("--pose", 6, values),
+        };
+        if values.len() != expected {
+            return Err(Error::Usage {
+                what: format!("{what} of {kind}"),
+                expected: format!("{expected} values"),
+                got: values.len().to_string(),
+            });
+        }
+        let (target, default) = match target {
+            MoveTarget::Joints(values) => (Target::Joints { values, relative }, AXIS_SPEED),
+            MoveTarget::Motors(values) => (Target::Motors { values, relative }, AXIS_SPEED),
+            MoveTarget::Pose(values) => {
+                let three = |from: usize| Vector3::from_fn(|k, _| {
+                    values.get(from + k).copied().unwrap_or(0.0)
+                });
+                let pose = Pose::from_rotation_vector(three(0), three(3));
+                let reference = if relative { PoseReference::Tool } else { PoseReference::Base };
+                let target = Target::Pose { pose, reference, path: PosePath::Line };
+                (target, POSE_SPEED)
+            }
+        };
+        let (velocity, acceleration) = speed.map_or(default, |speed| (speed, speed));
+        let mut task = Self::homing(&[kind]);
+        let moves = vec![Move { robot: 0, target, velocity, acceleration }];
+        task.steps.push(Step {
+            name: format!("move {kind}"),
+            line: 0,
+            action: Action::Move { moves },
+        });
+        Ok(task)
+    }
+
     /// What was skipped in the task's trajectories, a line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -286,6 +337,17 @@ impl Task {
             })
             .collect()
     }
+}
+
+/// The target of [`Task::single_move`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum MoveTarget {
+    /// rad or m.
+    Joints(Vec<f64>),
+    /// rad.
+    Motors(Vec<f64>),
+    /// x, y, z in m, rotation vector in rad.
+    Pose(Vec<f64>),
 }
 
 impl Action {

@@ -66,6 +66,12 @@ pub fn select_servo(robot: usize, law: ServoLaw) -> BoxedBehaviour {
     )])))
 }
 
+/// Have robots publish their demand every `every`-th servo step; 0 = never.
+#[must_use]
+pub fn trace(robots: &[usize], every: u16) -> BoxedBehaviour {
+    Box::new(Move::new(Ask::all(robots, &RobotCommand::Trace(every))))
+}
+
 /// `f**`: begin a program linked into each of a list of nodes; they go on alone.
 #[must_use]
 pub fn start_programs(robots: &[usize], program: u16, argument: f64) -> BoxedBehaviour {
@@ -96,7 +102,7 @@ where
 /// the leader's tool.
 #[must_use]
 pub fn shadow(
-    leader: (usize, Instruction),
+    leader: &(usize, Instruction),
     follower: usize,
     grid: Grid,
     timing: &Timing,

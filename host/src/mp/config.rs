@@ -22,6 +22,9 @@ pub struct Config {
     pub timing: Timing,
     /// Take the lease although another coordinator holds it (a node agrees only at standstill).
     pub takeover: bool,
+    /// Ask every node to publish its demand every n-th servo step; 0 = never. Only a CAN FD bus has
+    /// room for every step.
+    pub trace_every: u16,
     /// Switch torque off when a program has ended, before the lease is given back.
     pub torque_off_at_end: bool,
 }
@@ -72,6 +75,7 @@ impl Config {
             robots,
             timing: Timing::default(),
             takeover: false,
+            trace_every: 0,
             torque_off_at_end: false,
         }
     }

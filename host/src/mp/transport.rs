@@ -108,7 +108,7 @@ impl Transport {
             RobotCommand::Identify => Request::Identify,
             RobotCommand::Acquire => Request::Acquire {
                 nonce: config.nonce,
-                lease_ms: u16::try_from(config.lease_ms).unwrap_or(u16::MAX),
+                lease_ms: u16::try_from(config.term_ms).unwrap_or(u16::MAX),
                 takeover: config.takeover,
             },
             RobotCommand::Release => Request::Release { epoch },
@@ -331,6 +331,6 @@ impl Transport {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lease {
     pub(super) nonce: u32,
-    pub(super) lease_ms: u32,
+    pub(super) term_ms: u32,
     pub(super) takeover: bool,
 }

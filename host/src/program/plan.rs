@@ -1,15 +1,16 @@
 //! A task walked through by kinematics, from where the robots are: whatever cannot be is told with
 //! its place in the file before anything moves.
 
+mod walk;
+
 use super::progress::Segment;
 use crate::mp::arm::Arm;
-use crate::mp::config::{Config, Grid, RobotConfig};
+use crate::mp::config::{Config, Grid};
 use crate::mp::failure::Failure;
 use crate::mp::generator::{Carried, Course};
 use crate::task::{Action, Coordination, Step, Task, Tight};
 use core::fmt;
-use motion::{Line, Pose};
-use protocol::message::{Instruction, PoseMessage, PosePath, PoseReference, ServoLaw};
+use protocol::message::{Instruction, ServoLaw};
 use protocol::units::PerAxis;
 use robots::KinematicError;
 use std::path::{Path, PathBuf};
@@ -94,11 +95,11 @@ pub struct PlanError {
     /// The line, from 1; 0 if unknown.
     pub line: u32,
     /// The name of the step.
-    pub step: String,
+    pub step: Box<str>,
     /// The robot.
-    pub robot: String,
+    pub robot: Box<str>,
     /// Why.
-    pub why: Why,
+    pub why: Box<Why>,
 }
 
 /// What is wrong.
@@ -114,7 +115,7 @@ pub enum Why {
         error: KinematicError,
     },
     /// The carry cannot be.
-    Carry(Failure),
+    Carry(Box<Failure>),
 }
 
 impl PlanError {
@@ -132,7 +133,7 @@ impl fmt::Display for PlanError {
             None if self.line > 0 => write!(f, "line {}: error: ", self.line)?,
             None => write!(f, "step \"{}\": error: ", self.step)?,
         }
-        match &self.why {
+        match &*self.why {
             Why::NotHomed => write!(
                 f,
                 "{} is not homed (expected a step `home` before, or a relative motion of motors)",
@@ -278,8 +279,8 @@ impl Walk<'_> {
         let Some((config, place)) = pair else {
             return Err(error(source, "", Why::NotHomed));
         };
-        let segment =
-            walk(config, place, &instruction).map_err(|why| error(source, &config.name, why))?;
+        let segment = walk::walk(config, place, &instruction)
+            .map_err(|why| error(source, &config.name, why))?;
         Ok(Motion {
             robot,
             instruction,
@@ -323,7 +324,7 @@ impl Walk<'_> {
         let grid = Grid::new(&self.config.timing);
         let ends = course
             .check(grid, 0.0)
-            .map_err(|failure| error(source, names, Why::Carry(failure)))?;
+            .map_err(|failure| error(source, names, Why::Carry(Box::new(failure))))?;
         for (carried, joints) in course.robots().iter().zip(ends) {
             let pair = self
                 .config
@@ -355,9 +356,9 @@ fn error(source: &Source<'_>, robot: &str, why: Why) -> PlanError {
     PlanError {
         path: source.path.map(Path::to_path_buf),
         line: source.line,
-        step: source.step.name.clone(),
-        robot: robot.to_owned(),
-        why,
+        step: source.step.name.as_str().into(),
+        robot: robot.into(),
+        why: Box::new(why),
     }
 }
 
@@ -370,160 +371,4 @@ fn transposed(lists: Vec<Vec<Motion>>) -> Vec<Vec<Motion>> {
         }
     }
     groups
-}
-
-/// How many points of a straight way in axes are looked at.
-const AXIS_POINTS: u32 = 32;
-/// A line is looked at every so many m and rad.
-const LINE_STEP: f64 = 0.01;
-/// Two neighbouring points of a line are nearer than this, rad or m; another branch is not.
-const BRANCH: f64 = 0.5;
-
-/// One instruction from a place: its way, all of it inside the limits; the place moves on.
-fn walk(
-    config: &RobotConfig,
-    place: &mut Place,
-    instruction: &Instruction,
-) -> Result<Segment, Why> {
-    let arm = config.arm;
-    let sum = |from: &PerAxis<f64>, by: &PerAxis<f64>, relative: bool| -> PerAxis<f64> {
-        if relative {
-            from.iter().zip(by).map(|(a, b)| a + b).collect()
-        } else {
-            by.clone()
-        }
-    };
-    match instruction {
-        Instruction::MoveMotors {
-            target, relative, ..
-        } => {
-            let (from, to) = (place.motors.clone(), sum(&place.motors, target, *relative));
-            if place.homed {
-                straight(&from, &to, |motors| arm.check(&arm.joints(motors)?))?;
-            } else if !relative {
-                return Err(Why::NotHomed);
-            }
-            place.motors.clone_from(&to);
-            Ok(Segment::Motors { from, to })
-        }
-        Instruction::MoveJoints {
-            target, relative, ..
-        } => {
-            let from = joints(arm, place)?;
-            let to = sum(&from, target, *relative);
-            straight(&from, &to, |joints| arm.check(joints))?;
-            place.motors = arm.motors(&to).map_err(goal)?;
-            Ok(Segment::Joints { from, to })
-        }
-        Instruction::MovePose {
-            target,
-            reference,
-            path,
-            ..
-        } => {
-            let from = joints(arm, place)?;
-            let t_base_tool = arm.forward(&from).map_err(goal)? * config.t_flange_tool;
-            let to = match reference {
-                PoseReference::Base => pose(target),
-                PoseReference::Tool => t_base_tool * pose(target),
-            };
-            let (segment, end) = match path {
-                PosePath::Line => {
-                    let line = Line::new(t_base_tool, to);
-                    let end = along(config, &line, from)?;
-                    (
-                        Segment::Line {
-                            from: t_base_tool,
-                            to,
-                        },
-                        end,
-                    )
-                }
-                PosePath::Joint => {
-                    let flange = to * config.t_flange_tool.inverse();
-                    let end = arm.inverse(&flange, &from).map_err(goal)?;
-                    straight(&from, &end, |joints| arm.check(joints))?;
-                    (
-                        Segment::Joints {
-                            from,
-                            to: end.clone(),
-                        },
-                        end,
-                    )
-                }
-            };
-            place.motors = arm.motors(&end).map_err(goal)?;
-            Ok(segment)
-        }
-        Instruction::Hold { .. }
-        | Instruction::Follow
-        | Instruction::Wait { .. }
-        | Instruction::Program { .. } => Ok(Segment::None),
-    }
-}
-
-const fn goal(error: KinematicError) -> Why {
-    Why::Kinematics { share: 1.0, error }
-}
-
-fn pose(message: &PoseMessage) -> Pose {
-    Pose::from_rotation_vector(message.position_m.into(), message.rotation_rad.into())
-}
-
-fn joints(arm: &dyn Arm, place: &Place) -> Result<PerAxis<f64>, Why> {
-    if place.homed {
-        arm.joints(&place.motors)
-            .map_err(|error| Why::Kinematics { share: 0.0, error })
-    } else {
-        Err(Why::NotHomed)
-    }
-}
-
-/// The goal first, because it says most; then what lies before it.
-fn straight(
-    from: &PerAxis<f64>,
-    to: &PerAxis<f64>,
-    check: impl Fn(&[f64]) -> Result<(), KinematicError>,
-) -> Result<(), Why> {
-    if from.len() != to.len() {
-        return Err(goal(KinematicError::NotFinite));
-    }
-    check(to).map_err(goal)?;
-    for k in 1..AXIS_POINTS {
-        let share = f64::from(k) / f64::from(AXIS_POINTS);
-        let between: PerAxis<f64> = from
-            .iter()
-            .zip(to)
-            .map(|(a, b)| a + share * (b - a))
-            .collect();
-        check(&between).map_err(|error| Why::Kinematics { share, error })?;
-    }
-    Ok(())
-}
-
-fn along(config: &RobotConfig, line: &Line, from: PerAxis<f64>) -> Result<PerAxis<f64>, Why> {
-    let length = if line.length_m() > line.angle_rad() {
-        line.length_m()
-    } else {
-        line.angle_rad()
-    };
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 1 and 1000; the conversion saturates"
-    )]
-    let points = (libm::ceil(length / LINE_STEP) as u32).clamp(1, 1000);
-    let mut near = from;
-    for k in 1..=points {
-        let share = f64::from(k) / f64::from(points);
-        let failed = |error| Why::Kinematics { share, error };
-        let flange = line.at(share) * config.t_flange_tool.inverse();
-        let next = config.arm.inverse(&flange, &near).map_err(failed)?;
-        if next.iter().zip(&near).any(|(a, b)| (a - b).abs() > BRANCH) {
-            return Err(failed(KinematicError::Singular));
-        }
-        config.arm.check(&next).map_err(failed)?;
-        near = next;
-    }
-    Ok(near)
 }

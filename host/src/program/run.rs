@@ -1,6 +1,8 @@
 //! A task from the handshake to the leases given back. Whatever happens in between, it ends with
 //! the robots at rest.
 
+mod work;
+
 use super::plan::{Motion, Place, Plan, PlanError, Work};
 use super::progress::{Progress, Segment};
 use crate::mp::behaviour::{self, sequence};
@@ -321,7 +323,15 @@ impl Run {
     fn begin_ready(&mut self) {
         let robots: Vec<usize> = (0..self.mp.robots().len()).collect();
         let timing = self.mp.config().timing;
-        let ready = behaviour::get_ready(robots.clone(), Readiness::Enabled, timing);
+        let mut parts = vec![behaviour::get_ready(
+            robots.clone(),
+            Readiness::Enabled,
+            timing,
+        )];
+        if self.mp.config().trace_every > 0 {
+            parts.push(behaviour::trace(&robots, self.mp.config().trace_every));
+        }
+        let ready = sequence(parts);
         self.mp
             .begin(Job::new("get ready", ready, Watch::requests(robots)));
         self.phase = Phase::Ready;
@@ -342,164 +352,6 @@ impl Run {
         self.group = 0;
         self.give(&step.work);
         self.begin_work(now, &step.name, &step.work);
-    }
-
-    /// Notes which motions every robot gets in this step, in their order.
-    fn give(&mut self, work: &Work) {
-        for ((issued, motions), image) in self.given.iter_mut().zip(self.mp.robots()) {
-            *issued = image.issued();
-            motions.clear();
-        }
-        self.told.iter_mut().for_each(|told| *told = 0);
-        let lists = match work {
-            Work::Groups(lists) | Work::Streams(lists) => lists,
-            Work::Home(_) | Work::Wait(_) | Work::Carry { .. } | Work::Servo(..) => return,
-        };
-        for motion in lists.iter().flatten() {
-            if let Some((_, motions)) = self.given.get_mut(motion.robot) {
-                motions.push(motion.clone());
-            }
-        }
-    }
-
-    fn begin_work(&mut self, now: Micros, name: &str, work: &Work) {
-        let (grid, timing, i) = (self.mp.grid(), self.mp.config().timing, self.mp.instant());
-        let (behaviour, robots): (BoxedBehaviour, Vec<usize>) = match work {
-            Work::Home(robots) => {
-                for robot in robots {
-                    if self
-                        .mp
-                        .robots()
-                        .get(*robot)
-                        .is_some_and(|image| !image.is_homed())
-                    {
-                        self.set_segment(*robot, Segment::Homing);
-                    }
-                }
-                (behaviour::home(robots.clone(), timing), robots.clone())
-            }
-            Work::Groups(groups) => {
-                let group = groups.get(self.group).cloned().unwrap_or_default();
-                let robots = group.iter().map(|motion| motion.robot).collect();
-                let items = group
-                    .into_iter()
-                    .map(|m| (m.robot, m.instruction))
-                    .collect();
-                let mut together = Together::new(items, grid, timing.start_lead_steps);
-                if groups.len() > 1 {
-                    let variant = i32::try_from(self.group + 1).unwrap_or(i32::MAX);
-                    together = together.deciding(Decision {
-                        label: NEXT_NODE,
-                        variant,
-                    });
-                }
-                (Box::new(Move::new(together)), robots)
-            }
-            Work::Streams(streams) => {
-                let start = i.saturating_add(timing.start_lead_steps + 1);
-                let together = streams.len() > 1;
-                let one = |stream: &Vec<Motion>| {
-                    let nodes = stream.iter().enumerate().map(|(k, motion)| {
-                        let item = vec![(motion.robot, motion.instruction.clone())];
-                        let node = Together::new(item, grid, timing.start_lead_steps);
-                        let node = if k == 0 && together {
-                            node.starting_at(start)
-                        } else {
-                            node
-                        };
-                        Box::new(Move::new(node)) as BoxedBehaviour
-                    });
-                    sequence(nodes.collect())
-                };
-                let robots = streams
-                    .iter()
-                    .filter_map(|s| Some(s.first()?.robot))
-                    .collect();
-                (
-                    behaviour::in_parallel(streams.iter().map(one).collect()),
-                    robots,
-                )
-            }
-            Work::Wait(seconds) => {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a task waits at most an hour; the conversion saturates"
-                )]
-                let steps = libm::ceil(seconds / grid.macrostep_s()) as u32;
-                let until = i.saturating_add(steps).saturating_add(1);
-                // whoever has a lease is watched while nothing moves
-                let robots = (0..self.mp.robots().len()).collect();
-                (behaviour::wait_until(until), robots)
-            }
-            Work::Servo(robot, law) => (behaviour::select_servo(*robot, *law), vec![*robot]),
-            Work::Carry { tight, start } => match self.carry(tight, start) {
-                Ok(carry) => (behaviour::carry(carry, grid), tight.robots.clone()),
-                Err(failure) => {
-                    let step = self.step_name();
-                    self.fail(now, RunError::Failure { step, failure });
-                    return;
-                }
-            },
-        };
-        let watch = Watch::work(robots, timing.silence_ms);
-        self.mp.begin(Job::new(name, behaviour, watch));
-    }
-
-    /// A carry from where the set-points are.
-    fn carry(
-        &mut self,
-        tight: &Tight,
-        start: &[PerAxis<f64>],
-    ) -> Result<Carry<AsPlanned>, Failure> {
-        let mut carried = Vec::new();
-        for robot in &tight.robots {
-            let Some(image) = self.mp.robots().get(*robot) else {
-                continue;
-            };
-            let failed = |error| Failure::Kinematics {
-                who: image.who(),
-                at: "the beginning".to_owned(),
-                error,
-            };
-            let motors = image.demanded_motors().ok_or(Failure::Lost {
-                who: image.who(),
-                span_ms: 0,
-            })?;
-            let joints = image.arm().joints(&motors).map_err(failed)?;
-            carried.push(Carried::new(*robot, image.config(), joints).map_err(failed)?);
-        }
-        for one in &carried {
-            let segment = Segment::Carry {
-                start: *one.start(),
-                tight: tight.clone(),
-            };
-            self.set_segment(one.robot, segment);
-        }
-        let who = carried.first().map(|one| one.who.clone());
-        let course = Course::new(tight.clone(), carried).map_err(|error| match who {
-            Some(who) => Failure::Kinematics {
-                who,
-                at: "the timing".to_owned(),
-                error,
-            },
-            None => Failure::Stopped {
-                kind: StopKind::Path,
-            },
-        })?;
-        let (grid, timing) = (self.mp.grid(), self.mp.config().timing);
-        let as_planned = course.robots().iter().zip(start).all(|(carried, start)| {
-            carried
-                .joints()
-                .iter()
-                .zip(start)
-                .all(|(a, b)| (a - b).abs() < SAME_RAD)
-        });
-        if as_planned {
-            Ok(Carry::checked(course, AsPlanned, grid, &timing))
-        } else {
-            Carry::new(course, AsPlanned, grid, &timing)
-        }
     }
 
     fn end_of_job(&mut self, now: Micros, index: usize) {
@@ -566,39 +418,6 @@ impl Run {
     fn set_segment(&mut self, robot: usize, segment: Segment) {
         if let Some(slot) = self.segments.get_mut(robot) {
             *slot = segment;
-        }
-    }
-
-    /// Which node every robot was sent to last.
-    fn watch_nodes(&mut self) {
-        let Phase::Step(index) = self.phase else {
-            return;
-        };
-        for robot in 0..self.given.len() {
-            let Some(image) = self.mp.robots().get(robot) else {
-                continue;
-            };
-            let Some((before, motions)) = self.given.get(robot) else {
-                continue;
-            };
-            let node = usize::try_from(image.issued().saturating_sub(*before)).unwrap_or(0);
-            let of = motions.len();
-            let Some(motion) = node.checked_sub(1).and_then(|k| motions.get(k)) else {
-                continue;
-            };
-            let segment = motion.segment.clone();
-            if let Some(told) = self.told.get_mut(robot)
-                && *told != node
-            {
-                *told = node;
-                self.progress.push(Progress::Node {
-                    step: index + 1,
-                    robot,
-                    node,
-                    of,
-                });
-                self.set_segment(robot, segment);
-            }
         }
     }
 }

@@ -151,6 +151,21 @@ fn what_is_homed_is_not_homed_again() {
     )));
 }
 
+#[test]
+fn numbers_on_the_wire_are_those_of_the_kinds() {
+    use robots::RobotKind::{Irp6Postument, Irp6Track};
+    let nodes = |kinds: &[robots::RobotKind]| -> Vec<u8> {
+        let config = config_of(&crate::task::Cell::of(kinds)).unwrap();
+        config.robots.iter().map(|robot| robot.node.get()).collect()
+    };
+    assert_eq!(nodes(&[Irp6Postument]), [12]);
+    assert_eq!(nodes(&[Irp6Postument, Irp6Track]), [12, 11]);
+    assert_eq!(
+        nodes(&[Irp6Postument, Irp6Postument, Irp6Track]),
+        [12, 13, 11]
+    );
+}
+
 fn plan(steps: &str, path: Option<&Path>) -> Result<Plan, String> {
     let task = task(steps);
     let config: Config = config_of(&task.cell).unwrap();

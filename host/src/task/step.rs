@@ -12,8 +12,8 @@ const LONGEST_WAIT_S: f64 = 3600.0;
 
 /// Speeds of a motion whose task says nothing, as fractions of the ceilings: the defaults of
 /// MRROC++'s smooth generator for axes; for poses 0.1 m/s and 0.1 m/s², which it leaves to the task.
-const AXIS_SPEED: (f64, f64) = (0.15, 0.02);
-const POSE_SPEED: (f64, f64) = (0.02, 0.02);
+pub(super) const AXIS_SPEED: (f64, f64) = (0.15, 0.02);
+pub(super) const POSE_SPEED: (f64, f64) = (0.02, 0.02);
 
 pub(super) fn read(
     document: &Document<'_>,

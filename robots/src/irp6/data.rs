@@ -172,7 +172,7 @@ const ARM_MOTOR: Motor = Motor {
 const WRIST_MOTOR: Motor = Motor {
     torque_constant_nm_a: 0.105,
     rotor_kg_m2: 1.5e-5,
-    load_kg_m2: 2.0e-6,
+    load_kg_m2: 3.0e-5,
     viscous_nms_rad: 2.0e-4,
     coulomb_nm: 0.01,
 };

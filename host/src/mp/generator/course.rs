@@ -273,11 +273,11 @@ impl Course {
 }
 
 /// The greatest value over its ceiling, with the axis, or nothing while all are within.
-fn excess<'a>(
+fn excess(
     values: impl Iterator<Item = f64>,
     ceilings: impl Iterator<Item = f64>,
-    axes: &'a [AxisDescription],
-) -> Option<(&'a AxisDescription, f64)> {
+    axes: &[AxisDescription],
+) -> Option<(&AxisDescription, f64)> {
     let mut worst: Option<(&AxisDescription, f64)> = None;
     for ((value, ceiling), axis) in values.zip(ceilings).zip(axes) {
         let times = value.abs() / ceiling;

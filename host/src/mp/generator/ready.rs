@@ -79,12 +79,12 @@ impl GetReady {
         let to = |stage: &mut Stage, at: At| *stage = Stage { at, since: i };
         match stage.at {
             At::Identify if image.is_asked() => {
-                self.patience(stage, i, image, Awaited::Identity)?;
+                self.patience(*stage, i, image, Awaited::Identity)?;
                 Ok(None)
             }
             At::Identify => match image.link() {
                 Link::Silent => {
-                    self.patience(stage, i, image, Awaited::Identity)?;
+                    self.patience(*stage, i, image, Awaited::Identity)?;
                     Ok(Some(RobotCommand::Identify))
                 }
                 Link::Identified { identity } | Link::Leased { identity, .. } => {
@@ -135,7 +135,7 @@ impl GetReady {
                 }
                 Some(NodeState::Faulted) => Err(faulted(image)),
                 _ => {
-                    self.patience(stage, i, image, Awaited::Torque)?;
+                    self.patience(*stage, i, image, Awaited::Torque)?;
                     Ok(None)
                 }
             },
@@ -181,14 +181,14 @@ impl GetReady {
             }
             // after an acknowledgement the image needs a moment to show it
             Some(NodeState::Faulted) if !acknowledged => return Err(faulted(image)),
-            _ => self.patience(stage, i, image, Awaited::Drives)?,
+            _ => self.patience(*stage, i, image, Awaited::Drives)?,
         }
         Ok(None)
     }
 
     fn patience(
         &self,
-        stage: &Stage,
+        stage: Stage,
         i: u32,
         image: &Image,
         awaited: Awaited,

@@ -286,7 +286,7 @@ fn the_shadow_ends_beside_its_leader() {
     let pose = |world: &World<Mp>, robot| world.driver.sensors().tool_pose(robot).fresh().unwrap();
     let before = pose(&world, 0).inverse() * pose(&world, 1);
     let status = world.run(
-        shadow((0, leader), 1, grid, &timing),
+        shadow(&(0, leader), 1, grid, &timing),
         Watch::work(vec![0, 1], 500),
     );
     assert_eq!(status, MpStatus::Ended);

@@ -1,0 +1,364 @@
+//! The command line: subcommands in the field's words.
+
+use crate::kin::Kin;
+use crate::run::{Finished, Options, catch_interrupt, run};
+use crate::monitor;
+use agent::{Class, Inhabitant};
+use bus::spec::{BusSpec, Reach};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use host::error::{Error, exit};
+use host::task::{self, Task};
+use protocol::message::StopKind;
+use robots::RobotKind;
+use std::io::{BufReader, Write};
+use std::path::{Path, PathBuf};
+
+/// Multi-robot controller: runs, watches, records and draws.
+#[derive(Parser, Debug)]
+#[command(version, propagate_version = true, max_term_width = 100, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Exit codes, as in `host::error::exit`.
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 10 a fault ended the motion; 11 a target was refused or cannot be reached; \
+12 stopped by the operator; 64 wrong use; 65 wrong contents of a file; 66 a file cannot be read; \
+69 a node or a bus is not there; 70 internal error; 73 a file cannot be created; 74 I/O error; \
+75 another MP holds the lease; 76 another protocol; 77 no permission; 78 other robots than the cell's.";
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Run a task, or replay one taught trajectory (.trj) on a robot.
+    Run(RunArgs),
+    /// Home robots, axis by axis.
+    Home(HomeArgs),
+    /// Move one robot to joints, motors or a pose; homes it first if need be.
+    Move(MoveArgs),
+    /// Stop every robot on a bus; needs no lease.
+    Stop(StopArgs),
+    /// Watch the nodes on a bus: states, joints, faults.
+    Monitor(monitor::Monitor),
+    /// Kinematics: poses, joints, motors, Jacobians.
+    Kin(Kin),
+    /// The classes of generators and conditions, and who inhabits them.
+    Classes(ClassesArgs),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page.
+    Man,
+}
+
+/// What all commands that command robots share.
+#[derive(Args, Debug)]
+struct Common {
+    /// virtual (simulated in this process), hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    #[arg(long, default_value = "virtual", value_parser = bus_spec)]
+    bus: BusSpec,
+    /// Pace virtual time by the wall clock.
+    #[arg(long)]
+    realtime: bool,
+    /// Write every frame of every bus as a candump log.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Draw what happened (.svg or .png); may be given several times.
+    #[arg(long, value_name = "FILE")]
+    plot: Vec<PathBuf>,
+    /// Print the summary as one JSON value.
+    #[arg(long)]
+    json: bool,
+    /// No progress on stderr.
+    #[arg(long, short)]
+    quiet: bool,
+    /// Seed of the simulation.
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+impl Common {
+    fn options(&self) -> Options {
+        Options {
+            bus: self.bus.clone(),
+            realtime: self.realtime,
+            record: self.record.clone(),
+            plots: self.plot.clone(),
+            json: self.json,
+            quiet: self.quiet,
+        }
+    }
+
+    fn run(&self, mut task: Task, path: Option<&Path>) -> Result<u8, Error> {
+        if let Some(seed) = self.seed {
+            task.seed = seed;
+        }
+        for warning in task.warnings() {
+            let _ = writeln!(std::io::stderr(), "mrroc: warning: {warning}");
+        }
+        catch_interrupt()?;
+        let Finished { summary, exit_code } = run(task, path, &self.options())?;
+        let mut out = std::io::stdout().lock();
+        let text = if self.json {
+            summary.to_json().map_err(|e| Error::Internal(e.to_string()))? + "\n"
+        } else {
+            summary.to_string()
+        };
+        // a reader that has gone away does not change what the robots did
+        let _ = out.write_all(text.as_bytes());
+        if let Some(error) = &summary.error {
+            let _ = writeln!(std::io::stderr(), "mrroc: {error}");
+        }
+        Ok(exit_code)
+    }
+}
+
+#[derive(Args, Debug)]
+struct RunArgs {
+    /// A task (.toml) or a taught trajectory (.trj).
+    file: PathBuf,
+    /// The robot that replays a .trj file.
+    #[arg(long)]
+    robot: Option<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Args, Debug)]
+struct HomeArgs {
+    /// The robots.
+    #[arg(required = true)]
+    robots: Vec<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Args, Debug)]
+struct MoveArgs {
+    /// The robot.
+    robot: String,
+    #[command(flatten)]
+    target: MoveTarget,
+    /// The target is an increment (a pose: in the tool frame).
+    #[arg(long)]
+    relative: bool,
+    /// Fraction (0, 1] of the robot's speed ceilings.
+    #[arg(long, value_parser = fraction)]
+    speed: Option<f64>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+struct MoveTarget {
+    /// Joint positions, rad or m, separated by commas.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    joints: Option<Vec<f64>>,
+    /// Motor angles, rad, separated by commas.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    motors: Option<Vec<f64>>,
+    /// Pose of the tool on a straight line: x,y,z in m and rotation vector rx,ry,rz in rad.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    pose: Option<Vec<f64>>,
+}
+
+#[derive(Args, Debug)]
+struct StopArgs {
+    /// path (torque stays on), quick (then torque off) or torque-off.
+    #[arg(long, default_value = "path", value_parser = stop_kind)]
+    kind: StopKind,
+    /// hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    #[arg(long, default_value = "hub", value_parser = bus_spec)]
+    bus: BusSpec,
+}
+
+#[derive(Args, Debug)]
+struct ClassesArgs {
+    /// Print a JSON array.
+    #[arg(long)]
+    json: bool,
+}
+
+fn bus_spec(text: &str) -> Result<BusSpec, String> {
+    BusSpec::parse(text, Reach::Loopback).map_err(|e| e.to_string())
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a finite number".into()),
+    }
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a number above 0 and at most 1".into()),
+    }
+}
+
+fn stop_kind(text: &str) -> Result<StopKind, String> {
+    match text {
+        "path" => Ok(StopKind::Path),
+        "quick" => Ok(StopKind::Quick),
+        "torque-off" => Ok(StopKind::TorqueOff),
+        _ => Err("expected path, quick or torque-off".into()),
+    }
+}
+
+/// The robot of a name.
+pub(crate) fn robot(name: &str) -> Result<RobotKind, Error> {
+    RobotKind::from_name(name).map_err(|_| Error::Usage {
+        what: format!("unknown robot {name:?}"),
+        expected: RobotKind::ALL.map(RobotKind::name).join(" or "),
+        got: name.chars().take(80).collect(),
+    })
+}
+
+impl Cli {
+    /// Carry out the command; the exit code.
+    pub(crate) fn run(self) -> Result<u8, Error> {
+        match self.command {
+            Command::Run(args) => args.run(),
+            Command::Home(args) => {
+                let kinds =
+                    args.robots.iter().map(|n| robot(n)).collect::<Result<Vec<_>, _>>()?;
+                args.common.run(Task::homing(&kinds), None)
+            }
+            Command::Move(args) => args.run(),
+            Command::Stop(args) => monitor::stop(&args.bus, args.kind),
+            Command::Monitor(args) => args.run(),
+            Command::Kin(kin) => {
+                let mut input = BufReader::new(std::io::stdin());
+                match kin.run(&mut std::io::stdout().lock(), &mut input) {
+                    Ok(()) => Ok(exit::OK),
+                    Err(error) => {
+                        let _ = writeln!(std::io::stderr(), "mrroc: {error}");
+                        Ok(error.exit_code())
+                    }
+                }
+            }
+            Command::Classes(args) => classes(args.json),
+            Command::Completions { shell } => {
+                let mut command = Self::command();
+                clap_complete::generate(shell, &mut command, "mrroc", &mut std::io::stdout());
+                Ok(exit::OK)
+            }
+            Command::Man => clap_mangen::Man::new(Self::command())
+                .render(&mut std::io::stdout())
+                .map(|()| exit::OK)
+                .map_err(|e| Error::Internal(e.to_string())),
+        }
+    }
+}
+
+impl RunArgs {
+    fn run(self) -> Result<u8, Error> {
+        let extension = self.file.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let task = match (extension.as_deref(), &self.robot) {
+            (Some("trj"), Some(name)) => Task::replay(&self.file, robot(name)?)?,
+            (Some("trj"), None) => {
+                return Err(Error::Usage {
+                    what: "a .trj file says nothing of its robot".into(),
+                    expected: "--robot NAME".into(),
+                    got: "no --robot".into(),
+                });
+            }
+            (_, Some(_)) => {
+                return Err(Error::Usage {
+                    what: "--robot goes with .trj files only".into(),
+                    expected: "FILE.trj".into(),
+                    got: self.file.display().to_string(),
+                });
+            }
+            (_, None) => Task::load(&self.file)?,
+        };
+        self.common.run(task, Some(&self.file))
+    }
+}
+
+impl MoveArgs {
+    fn run(self) -> Result<u8, Error> {
+        let kind = robot(&self.robot)?;
+        let target = match self.target {
+            MoveTarget { joints: Some(values), .. } => task::MoveTarget::Joints(values),
+            MoveTarget { motors: Some(values), .. } => task::MoveTarget::Motors(values),
+            MoveTarget { pose, .. } => task::MoveTarget::Pose(pose.unwrap_or_default()),
+        };
+        let task = Task::single_move(kind, target, self.relative, self.speed)?;
+        self.common.run(task, None)
+    }
+}
+
+/// The census of both levels.
+fn inhabitants() -> Vec<(Class, &'static str)> {
+    let nodes = firmware::ecp::census::ECP.iter().map(|i: &Inhabitant| (i.class, i.name));
+    nodes.chain(host::mp::census::census()).collect()
+}
+
+fn classes(json: bool) -> Result<u8, Error> {
+    let inhabitants = inhabitants();
+    let mut out = std::io::stdout().lock();
+    let rows = Class::all().map(|class| {
+        let names = inhabitants.iter().filter(|(c, _)| *c == class).map(|(_, name)| *name);
+        (class, names.collect::<Vec<_>>())
+    });
+    let mut empty = 0;
+    let mut values = Vec::new();
+    for (class, names) in rows {
+        empty += usize::from(names.is_empty());
+        let (level, kind) = (format!("{:?}", class.role()), format!("{:?}", class.kind()));
+        if json {
+            values.push(serde_json::json!({
+                "level": level.to_lowercase(),
+                "kind": kind.to_lowercase(),
+                "class": class.to_string(),
+                "inhabitants": names,
+            }));
+        } else {
+            let (level, class) = (level.to_uppercase(), class.to_string());
+            let _ = writeln!(out, "{level:4} {kind:10} {class:26} {}", names.join(", "));
+        }
+    }
+    if json {
+        let _ = writeln!(out, "{}", serde_json::Value::Array(values));
+    }
+    Ok(if empty == 0 { exit::OK } else { exit::INTERNAL })
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_class_is_inhabited() {
+        let inhabitants = inhabitants();
+        for class in Class::all() {
+            assert!(inhabitants.iter().any(|(c, _)| *c == class), "{class} has no inhabitant");
+        }
+        assert_eq!(Class::all().count(), 5 + 8 + 4 + 8);
+    }
+
+    #[test]
+    fn bad_arguments_are_told() {
+        for (arguments, word) in [
+            (&["mrroc", "run", "x.toml", "--bus", "wire"][..], "unknown bus"),
+            (&["mrroc", "move", "irp6-track", "--joints", "1,nan"], "finite"),
+            (&["mrroc", "move", "irp6-track", "--joints", "1", "--speed", "-1"], "above 0"),
+            (&["mrroc", "move", "irp6-track"], "required"),
+            (&["mrroc", "stop", "--kind", "slow"], "torque-off"),
+        ] {
+            let error = Cli::try_parse_from(arguments).unwrap_err().to_string();
+            assert!(error.contains(word), "{arguments:?}: {error}");
+        }
+        assert_eq!(robot("irp7").unwrap_err().exit_code(), exit::USAGE);
+    }
+}

@@ -1,0 +1,208 @@
+//! Watching a bus without taking part, and stopping everyone on it.
+
+use crate::run::{catch_interrupt, interrupted};
+use bus::Bus;
+use bus::spec::{BusSpec, Reach};
+use clap::Args;
+use host::error::{Error, exit, fault_text};
+use host::mp::arm::{Arm, arm, motor_angles};
+use protocol::id::NodeId;
+use protocol::link::{Endpoint, Message, Role};
+use protocol::message::{Feedback, StopAll, StopKind};
+use protocol::time::Micros;
+use protocol::transfer::Mtu;
+use robots::RobotKind;
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+
+/// A node that has been silent for this long is shown as silent.
+const SILENT: Micros = Micros::from_millis(1000);
+/// How often the table is drawn anew.
+const REFRESH: Micros = Micros::from_millis(250);
+/// Stop messages of `mrroc stop`, and their distance: a lost frame must not matter.
+const STOPS: u32 = 3;
+const STOP_GAP: Micros = Micros::from_millis(5);
+/// How long `mrroc stop` waits for nodes to be heard standing.
+const STOP_PATIENCE: Micros = Micros::from_millis(5000);
+
+/// Watch the nodes on a bus.
+#[derive(Args, Debug)]
+pub(crate) struct Monitor {
+    /// hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    #[arg(long, default_value = "hub", value_parser = |text: &str| {
+        BusSpec::parse(text, Reach::Loopback).map_err(|e| e.to_string())
+    })]
+    bus: BusSpec,
+    /// Print one JSON value per node and refresh instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Look for this long, s, then end; without it, until Ctrl-C.
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+/// What was heard of a node.
+#[derive(Default)]
+struct Heard {
+    arm: Option<&'static dyn Arm>,
+    name: String,
+    feedback: Option<Feedback>,
+    at: Micros,
+}
+
+impl Monitor {
+    pub(crate) fn run(self) -> Result<u8, Error> {
+        let mut bus = open(&self.bus)?;
+        catch_interrupt()?;
+        let mut link = Endpoint::<64>::new(NodeId::MP, Role::Observer, Mtu::Classic);
+        let mut nodes = BTreeMap::<u8, Heard>::new();
+        let terminal = std::io::stdout().is_terminal() && !self.json;
+        let begun = bus::now();
+        let end = self.seconds.map(|s| begun + Micros((s * 1e6) as u64));
+        let mut next = begun + REFRESH;
+        let mut drawn = 0;
+        while !interrupted() && end.is_none_or(|end| bus::now() < end) {
+            listen(&mut *bus, &mut link, &mut nodes, next)?;
+            if bus::now() < next {
+                continue;
+            }
+            next = next + REFRESH;
+            let text = if self.json { json(&nodes) } else { table(&nodes) };
+            let mut out = std::io::stdout().lock();
+            let up = if terminal && drawn > 0 { format!("\x1b[{drawn}A\x1b[J") } else { String::new() };
+            drawn = text.lines().count();
+            // a reader that has gone away ends the watch
+            if write!(out, "{up}{text}").and_then(|()| out.flush()).is_err() {
+                break;
+            }
+        }
+        Ok(exit::OK)
+    }
+}
+
+fn open(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
+    if *spec == BusSpec::Virtual {
+        return Err(Error::Usage {
+            what: "the virtual bus lives inside one process".into(),
+            expected: "hub or can:INTERFACE".into(),
+            got: "virtual".into(),
+        });
+    }
+    crate::world::open_bus(spec)
+}
+
+fn listen(
+    bus: &mut dyn Bus,
+    link: &mut Endpoint<64>,
+    nodes: &mut BTreeMap<u8, Heard>,
+    until: Micros,
+) -> Result<(), Error> {
+    while let Some(received) = bus.receive().map_err(crate::world::bus_error)? {
+        let Some(incoming) = link.receive(&received.frame, received.at) else { continue };
+        let heard = nodes.entry(incoming.from.get()).or_default();
+        heard.at = received.at;
+        match incoming.message {
+            Message::Feedback(feedback) => heard.feedback = Some(feedback),
+            Message::Reply { reply: protocol::message::Reply::Identity(identity), .. }
+            | Message::Event(protocol::message::Event::Announce(identity)) => {
+                heard.name = identity.robot.as_str().into();
+                heard.arm = RobotKind::from_name(&identity.robot).ok().map(arm);
+            }
+            _ => {}
+        }
+    }
+    bus.wait(until).map_err(crate::world::bus_error)
+}
+
+/// The robot of a feedback whose node has not said its name: known by its number of axes.
+fn kind_of(heard: &Heard) -> Option<&'static dyn Arm> {
+    let axes = heard.feedback.as_ref()?.actual.len();
+    heard.arm.or_else(|| RobotKind::ALL.into_iter().find(|k| k.axes() == axes).map(arm))
+}
+
+fn joints(heard: &Heard) -> Option<Vec<f64>> {
+    let (arm, feedback) = (kind_of(heard)?, heard.feedback.as_ref()?);
+    let all = (1_u16 << arm.axes().len()) - 1;
+    if u16::from(feedback.synchronised) != all {
+        return None;
+    }
+    let motors = motor_angles(arm.axes(), &feedback.actual)?;
+    arm.joints(&motors).ok().map(|q| q.to_vec())
+}
+
+fn table(nodes: &BTreeMap<u8, Heard>) -> String {
+    let mut text = format!("{:>4}  {:<16} {:<15} joints / fault\n", "node", "robot", "state");
+    for (id, heard) in nodes {
+        let Some(feedback) = &heard.feedback else { continue };
+        let name = kind_of(heard).map_or(heard.name.as_str(), |arm| arm.kind().name());
+        let silent = bus::now().since(heard.at) > SILENT;
+        let state =
+            if silent { "(silent)".to_owned() } else { format!("{:?}", feedback.state) };
+        let joints = joints(heard).map_or_else(
+            || "not homed".to_owned(),
+            |q| q.iter().map(|q| format!("{q:8.4}")).collect::<Vec<_>>().join(" "),
+        );
+        let fault = feedback.fault.map_or_else(String::new, |f| format!("  {}", fault_text(&f)));
+        text += &format!("{id:>4}  {name:<16} {state:<15} {joints}{fault}\n");
+    }
+    text
+}
+
+fn json(nodes: &BTreeMap<u8, Heard>) -> String {
+    let mut text = String::new();
+    for (id, heard) in nodes {
+        let Some(feedback) = &heard.feedback else { continue };
+        let value = serde_json::json!({
+            "node": id,
+            "robot": kind_of(heard).map(|arm| arm.kind().name()),
+            "state": format!("{:?}", feedback.state),
+            "joints": joints(heard),
+            "fault": feedback.fault.map(|f| f.cause.code()),
+            "age_ms": bus::now().since(heard.at).0 / 1000,
+        });
+        text += &format!("{value}\n");
+    }
+    text
+}
+
+/// Stop everyone on a bus; anyone may.
+pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
+    let mut bus = open(spec)?;
+    // A number of its own: another MP may be talking as number 1.
+    let me = NodeId::new(2).unwrap_or(NodeId::MP);
+    let mut link = Endpoint::<64>::new(me, Role::Observer, Mtu::Classic);
+    let mut nodes = BTreeMap::<u8, Heard>::new();
+    for _ in 0..STOPS {
+        let mut frames = Vec::new();
+        link.send_stop_all(&StopAll { kind }, &mut |frame| frames.push(frame))
+            .map_err(|e| Error::Internal(format!("{e:?}")))?;
+        for frame in frames {
+            bus.send(&frame).map_err(crate::world::bus_error)?;
+        }
+        listen(&mut *bus, &mut link, &mut nodes, bus::now() + STOP_GAP)?;
+    }
+    nodes.clear();
+    let deadline = bus::now() + STOP_PATIENCE;
+    let moving = |heard: &Heard| {
+        use protocol::message::NodeState::{Moving, Stopping, Synchronising};
+        heard.feedback.as_ref().is_none_or(|f| matches!(f.state, Moving | Stopping | Synchronising))
+    };
+    loop {
+        listen(&mut *bus, &mut link, &mut nodes, bus::now() + REFRESH)?;
+        let heard = nodes.values().filter(|h| h.feedback.is_some()).count();
+        if heard > 0 && !nodes.values().filter(|h| h.feedback.is_some()).any(moving) {
+            let _ = writeln!(std::io::stdout(), "{heard} nodes stand still");
+            return Ok(exit::OK);
+        }
+        if bus::now() > deadline {
+            return Err(Error::Bus {
+                bus: spec.to_string(),
+                reason: format!("stop was sent, but {} (expected nodes at rest)", if heard == 0 {
+                    "no node is heard".to_owned()
+                } else {
+                    format!("{heard} nodes are heard and some still move")
+                }),
+            });
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! Looking on: what a run is measured, recorded and drawn by. Observers see frames and the true
+//! mechanics; they take no part.
+
+use bus::candump;
+use hil_sim::cell::Observer;
+use host::error::Error;
+use host::mp::arm::{Arm, motor_angles, unit_rad};
+use host::plot::{AxisPlot, PlotData, RobotPlot, StepMark};
+use host::program::Segment;
+use motion::Pose;
+use nalgebra::Vector3;
+use protocol::frame::Frame;
+use protocol::id::NodeId;
+use protocol::link::{Endpoint, Message, Role};
+use protocol::message::{Feedback, NodeState};
+use protocol::time::Micros;
+use protocol::transfer::Mtu;
+use protocol::units::PerAxis;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// A plot keeps one sample in this many SYNCs: 50 a second at 2 ms.
+const PLOT_EVERY: u32 = 10;
+
+/// What is known of one robot.
+#[derive(Debug)]
+pub(crate) struct Watched {
+    pub(crate) name: String,
+    pub(crate) arm: &'static dyn Arm,
+    node: NodeId,
+    t_world_base: Pose,
+    t_flange_tool: Pose,
+    pub(crate) segment: Segment,
+    share: f64,
+    setpoint: Option<PerAxis<f64>>,
+    pub(crate) feedback: Option<Feedback>,
+    pub(crate) following_error_rad: Vec<f64>,
+    pub(crate) setpoint_error_m: Option<f64>,
+    pub(crate) actual_error_m: Option<f64>,
+    plot: Option<RobotPlot>,
+    since_plot: u32,
+}
+
+impl Watched {
+    pub(crate) fn new(image: &host::mp::robot::Image, plot: bool) -> Self {
+        let (config, arm) = (image.config(), image.arm());
+        let axes = arm.axes().iter();
+        Self {
+            name: config.name.clone(),
+            arm,
+            node: config.node,
+            t_world_base: config.t_world_base,
+            t_flange_tool: config.t_flange_tool,
+            segment: Segment::None,
+            share: 0.0,
+            setpoint: None,
+            feedback: None,
+            following_error_rad: vec![0.0; arm.axes().len()],
+            setpoint_error_m: None,
+            actual_error_m: None,
+            plot: plot.then(|| RobotPlot {
+                name: config.name.clone(),
+                axes: axes
+                    .map(|axis| AxisPlot {
+                        name: match axis.kind {
+                            robots::JointKind::Prismatic => format!("{} [m]", axis.name),
+                            robots::JointKind::Revolute => axis.name.to_owned(),
+                        },
+                        ..AxisPlot::default()
+                    })
+                    .collect(),
+                ..RobotPlot::default()
+            }),
+            since_plot: 0,
+        }
+    }
+
+    fn homed(&self) -> bool {
+        let all = (1_u16 << self.arm.axes().len()) - 1;
+        self.feedback.as_ref().is_some_and(|f| u16::from(f.synchronised) & all == all)
+    }
+
+    fn tool(&self, joints: &[f64]) -> Option<Pose> {
+        Some(self.arm.forward(joints).ok()? * self.t_flange_tool)
+    }
+
+    /// Distance of the tool, at these motor angles, from the way of the present segment, m.
+    fn deviation(&mut self, motors: &[f64]) -> Option<f64> {
+        let joints = self.arm.joints(motors).ok()?;
+        match &self.segment {
+            Segment::None | Segment::Homing => None,
+            Segment::Joints { from, to } => {
+                let nearest = project(from, to, &joints);
+                let (a, b) = (self.tool(&joints)?, self.tool(&nearest)?);
+                Some(distance(&a.position, &b.position))
+            }
+            Segment::Motors { from, to } => {
+                let nearest = self.arm.joints(&project(from, to, motors)).ok()?;
+                let (a, b) = (self.tool(&joints)?, self.tool(&nearest)?);
+                Some(distance(&a.position, &b.position))
+            }
+            Segment::Line { from, to } => {
+                let at = self.tool(&joints)?.position;
+                let (from, to) = (from.position, to.position);
+                let way = to - from;
+                let square = way.dot(&way);
+                let s = if square > 0.0 { within_unit((at - from).dot(&way) / square) } else { 0.0 };
+                Some(distance(&at, &(from + way * s)))
+            }
+            Segment::Carry { start, tight } => {
+                let at = (self.t_world_base * self.tool(&joints)?).position;
+                let off = |s: f64| distance(&at, &(tight.displacement(s) * *start).position);
+                let (share, least) = nearest_share(off, self.share);
+                self.share = share;
+                Some(least)
+            }
+        }
+    }
+
+    fn sample_plot(&mut self, at: Micros, motors: &[f64]) {
+        if !self.homed() || self.plot.is_none() {
+            return;
+        }
+        self.since_plot += 1;
+        if self.since_plot < PLOT_EVERY {
+            return;
+        }
+        self.since_plot = 0;
+        let setpoint = self.setpoint.clone().unwrap_or_else(|| motors.iter().copied().collect());
+        let (Ok(actual), Ok(wanted)) = (self.arm.joints(motors), self.arm.joints(&setpoint)) else {
+            return;
+        };
+        let (Some(tool), Some(wanted_tool)) = (self.tool(&actual), self.tool(&wanted)) else {
+            return;
+        };
+        let Some(plot) = &mut self.plot else { return };
+        plot.time_s.push(at.as_secs_f64());
+        for (k, axis) in plot.axes.iter_mut().enumerate() {
+            let at = |values: &[f64]| values.get(k).copied().unwrap_or(f64::NAN);
+            axis.setpoint.push(at(&wanted));
+            axis.actual.push(at(&actual));
+            axis.following_error_rad.push(at(&setpoint) - at(motors));
+        }
+        plot.tool_setpoint_m.push(wanted_tool.position.into());
+        plot.tool_actual_m.push(tool.position.into());
+    }
+}
+
+/// The nearest point of the straight line between two points, in any number of dimensions.
+fn project(from: &[f64], to: &[f64], at: &[f64]) -> PerAxis<f64> {
+    let (mut along, mut square) = (0.0, 0.0);
+    for ((a, b), q) in from.iter().zip(to).zip(at) {
+        along += (q - a) * (b - a);
+        square += (b - a) * (b - a);
+    }
+    let s = if square > 0.0 { within_unit(along / square) } else { 0.0 };
+    from.iter().zip(to).map(|(a, b)| a + s * (b - a)).collect()
+}
+
+fn within_unit(s: f64) -> f64 {
+    s.clamp(0.0, 1.0)
+}
+
+fn distance(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    let d = a - b;
+    libm::sqrt(d.dot(&d))
+}
+
+/// The share of the way at which a distance is least, looked for near the last one.
+fn nearest_share(off: impl Fn(f64) -> f64, last: f64) -> (f64, f64) {
+    const REACH: f64 = 0.05;
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    const ROUNDS: u32 = 40;
+    let (mut a, mut b) = (within_unit(last - REACH), within_unit(last + REACH));
+    for _ in 0..ROUNDS {
+        let (c, d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
+        if off(c) < off(d) {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    let s = 0.5 * (a + b);
+    (s, off(s))
+}
+
+fn raise(worst: &mut Option<f64>, value: Option<f64>) {
+    if let Some(value) = value
+        && worst.is_none_or(|worst| value > worst)
+    {
+        *worst = Some(value);
+    }
+}
+
+/// Writes what went over the buses.
+struct Recorder {
+    path: PathBuf,
+    names: Vec<String>,
+    writer: candump::Writer<BufWriter<File>>,
+    failed: Option<std::io::Error>,
+}
+
+/// Everything that looks on.
+pub(crate) struct Observers {
+    link: Endpoint<64>,
+    pub(crate) robots: Vec<Watched>,
+    recorder: Option<Recorder>,
+}
+
+impl Observers {
+    /// Observers of these robots; `record` names the file to write, `plot` keeps samples to draw.
+    pub(crate) fn new(
+        images: &[host::mp::robot::Image],
+        names: Vec<String>,
+        record: Option<&Path>,
+        plot: bool,
+    ) -> Result<Self, Error> {
+        let recorder = record
+            .map(|path| {
+                let file = File::create(path)
+                    .map_err(|source| Error::Create { path: path.into(), source })?;
+                let writer = candump::Writer::new(BufWriter::new(file));
+                Ok::<_, Error>(Recorder { path: path.into(), names, writer, failed: None })
+            })
+            .transpose()?;
+        Ok(Self {
+            link: Endpoint::new(NodeId::MP, Role::Observer, Mtu::Fd),
+            robots: images.iter().map(|image| Watched::new(image, plot)).collect(),
+            recorder,
+        })
+    }
+
+    /// What a robot executes from now on.
+    pub(crate) fn set_segment(&mut self, robot: usize, segment: &Segment) {
+        if let Some(watched) = self.robots.get_mut(robot)
+            && watched.segment != *segment
+        {
+            watched.segment = segment.clone();
+            watched.share = 0.0;
+        }
+    }
+
+    /// A frame of the MP's bus.
+    pub(crate) fn mp_frame(&mut self, at: Micros, frame: &Frame) {
+        let Some(incoming) = self.link.receive(frame, at) else { return };
+        let from = incoming.from;
+        let Some(watched) = self.robots.iter_mut().find(|w| w.node == from) else { return };
+        match incoming.message {
+            Message::DemandTrace(trace) => {
+                let axes = watched.arm.axes();
+                watched.setpoint = motor_angles(axes, &trace.demand);
+                if watched.homed()
+                    && let Some(setpoint) = watched.setpoint.clone()
+                {
+                    let deviation = watched.deviation(&setpoint);
+                    raise(&mut watched.setpoint_error_m, deviation);
+                }
+            }
+            Message::Feedback(feedback) => {
+                let axes = watched.arm.axes();
+                let errors = watched.following_error_rad.iter_mut();
+                for ((worst, units), axis) in errors.zip(&feedback.following_error).zip(axes) {
+                    let error = f64::from(*units) * unit_rad(axis);
+                    if error > *worst {
+                        *worst = error;
+                    }
+                }
+                watched.feedback = Some(feedback);
+            }
+            _ => {}
+        }
+    }
+
+    /// Finish the record.
+    pub(crate) fn close(&mut self) -> Result<(), Error> {
+        let Some(mut recorder) = self.recorder.take() else { return Ok(()) };
+        let flushed = recorder.writer.flush();
+        match recorder.failed.take().map_or(flushed, Err) {
+            Ok(()) => Ok(()),
+            Err(source) => Err(Error::Write { path: recorder.path, source }),
+        }
+    }
+
+    /// What can be drawn.
+    pub(crate) fn plot(&mut self, title: String, steps: Vec<StepMark>) -> PlotData {
+        let robots = self.robots.iter_mut().filter_map(|w| w.plot.take()).collect();
+        PlotData { title, robots, steps }
+    }
+}
+
+impl Observer for Observers {
+    fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
+        let at = Micros(at_ns / 1000);
+        if let Some(recorder) = &mut self.recorder {
+            let name = recorder.names.get(bus).map_or("bus", String::as_str);
+            if let Err(error) = recorder.writer.write(at, name, frame) {
+                recorder.failed.get_or_insert(error);
+            }
+        }
+        if bus == 0 {
+            self.mp_frame(at, frame);
+        }
+    }
+
+    fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
+        let Some(watched) = self.robots.get_mut(station) else { return };
+        let moving = watched.feedback.as_ref().is_some_and(|f| {
+            matches!(f.state, NodeState::Moving | NodeState::Holding | NodeState::Stopping)
+        });
+        if moving && watched.homed() {
+            let deviation = watched.deviation(motor_rad);
+            raise(&mut watched.actual_error_m, deviation);
+        }
+        watched.sample_plot(Micros(at_ns / 1000), motor_rad);
+    }
+}

@@ -1,0 +1,217 @@
+//! Where the robots are: in this process on a virtual clock, or at the other end of a bus.
+
+use crate::observe::Observers;
+use bus::hub::HubClient;
+use bus::spec::BusSpec;
+use bus::wire::{Kind, Statistics};
+use bus::{Bus, BusError};
+use firmware::Station;
+use hil_sim::cell::{Cell as SimCell, CellError};
+use host::error::Error;
+use host::task::{BusKind, Cell};
+use protocol::frame::Frame;
+use protocol::time::Micros;
+use protocol::transfer::Mtu;
+use std::time::{Duration, Instant};
+
+/// How long a hub may take to appear: its simulator may be starting in the same second.
+const HUB_PATIENCE: Micros = Micros::from_millis(5000);
+
+/// Robots that can be reached by frames.
+pub(crate) trait World {
+    /// Bus time.
+    fn now(&self) -> Micros;
+    /// Send a frame to the nodes, now.
+    fn send(&mut self, frame: &Frame) -> Result<(), Error>;
+    /// Let time pass and append what arrived meanwhile.
+    fn pass(
+        &mut self,
+        until: Micros,
+        observers: &mut Observers,
+        rx: &mut Vec<(Micros, Frame)>,
+    ) -> Result<(), Error>;
+    /// Names and statistics of the buses, as far as they are known here.
+    fn buses(&self) -> Vec<(String, Statistics)>;
+    /// Are the true motor angles known (and the path error of the mechanics with them)?
+    fn knows_mechanics(&self) -> bool;
+}
+
+/// The embedded default: nodes, drives and mechanics in this process.
+pub(crate) struct Virtual {
+    cell: SimCell,
+    names: Vec<String>,
+    pace: Option<Instant>,
+}
+
+impl Virtual {
+    /// The cell of a task, simulated; `realtime` paces it by the wall clock.
+    pub(crate) fn new(cell: &Cell, seed: u64, realtime: bool) -> Result<Self, Error> {
+        let mut names = Vec::new();
+        let mut kind = Kind::Fd;
+        let mut mp = None;
+        for robot in &cell.robots {
+            let spec = cell.buses.get(robot.mp_bus);
+            if mp.replace(robot.mp_bus).is_some_and(|other| other != robot.mp_bus) {
+                return Err(internal(&"the simulated cell has one bus towards the MP"));
+            }
+            if let Some(spec) = spec {
+                if spec.kind == BusKind::Classic {
+                    kind = Kind::Classic;
+                }
+                names = vec![spec.name.clone()];
+            }
+        }
+        let mut sim = SimCell::new(kind);
+        let mtu = if kind == Kind::Fd { Mtu::Fd } else { Mtu::Classic };
+        for (k, robot) in cell.robots.iter().enumerate() {
+            let station = Station {
+                effector: u8::try_from(k + 1).unwrap_or(u8::MAX),
+                unique_id: seed.wrapping_mul(1000).wrapping_add(k as u64),
+                mtu,
+                law: robot.servo,
+                velocity_factor: robot.velocity_factor,
+                one_wire: false,
+            };
+            let mut buses = vec![0_u8; robot.axes()];
+            for (number, group) in robot.drives.iter().enumerate() {
+                names.push(cell.buses.get(group.bus).map_or_else(String::new, |b| b.name.clone()));
+                for axis in &group.axes {
+                    if let Some(bus) = buses.get_mut(*axis) {
+                        *bus = u8::try_from(number).unwrap_or(u8::MAX);
+                    }
+                }
+            }
+            sim.add(robot.kind, &station, &buses, seed).map_err(|e: CellError| internal(&e))?;
+        }
+        Ok(Self { cell: sim, names, pace: realtime.then(Instant::now) })
+    }
+}
+
+fn internal(what: &impl ToString) -> Error {
+    Error::Internal(what.to_string())
+}
+
+impl World for Virtual {
+    fn now(&self) -> Micros {
+        self.cell.now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+        self.cell.send(*frame);
+        Ok(())
+    }
+
+    fn pass(
+        &mut self,
+        until: Micros,
+        observers: &mut Observers,
+        rx: &mut Vec<(Micros, Frame)>,
+    ) -> Result<(), Error> {
+        self.cell.advance(until, observers);
+        rx.extend(self.cell.receive());
+        if let Some(start) = self.pace {
+            let due = start + Duration::from_micros(until.0);
+            let now = Instant::now();
+            if due > now {
+                std::thread::sleep(due - now);
+            }
+        }
+        match self.cell.refused().first() {
+            Some(error) => Err(Error::Bus { bus: "virtual".into(), reason: error.to_string() }),
+            None => Ok(()),
+        }
+    }
+
+    fn buses(&self) -> Vec<(String, Statistics)> {
+        self.names.iter().cloned().zip(self.cell.statistics()).collect()
+    }
+
+    fn knows_mechanics(&self) -> bool {
+        true
+    }
+}
+
+/// Nodes at the other end of a real bus, in real time.
+pub(crate) struct Remote {
+    bus: Box<dyn Bus>,
+    name: String,
+    frames: u64,
+}
+
+impl Remote {
+    /// Connect to the MP's bus.
+    pub(crate) fn connect(spec: &BusSpec) -> Result<Self, Error> {
+        Ok(Self { bus: open_bus(spec)?, name: spec.to_string(), frames: 0 })
+    }
+}
+
+/// The MP's bus of a cell that is not in this process.
+pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
+    match spec {
+        BusSpec::Virtual => Err(internal(&"virtual is no remote bus")),
+        BusSpec::Hub { host, port } => {
+            let deadline = bus::now() + HUB_PATIENCE;
+            let client = HubClient::connect(host, *port, "mp", deadline).map_err(bus_error)?;
+            Ok(Box::new(client))
+        }
+        BusSpec::Can { interface } => open_can(interface),
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
+    Ok(Box::new(bus::socketcan::SocketCan::open(interface).map_err(bus_error)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
+    Err(Error::Bus {
+        bus: format!("can:{interface}"),
+        reason: "SocketCAN exists on Linux only (expected hub or virtual here)".into(),
+    })
+}
+
+pub(crate) fn bus_error(error: BusError) -> Error {
+    let text = error.to_string();
+    let (bus, reason) = text.split_once(": ").unwrap_or(("bus", &text));
+    Error::Bus { bus: bus.into(), reason: reason.into() }
+}
+
+impl World for Remote {
+    fn now(&self) -> Micros {
+        bus::now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+        self.frames += 1;
+        self.bus.send(frame).map_err(bus_error)
+    }
+
+    fn pass(
+        &mut self,
+        until: Micros,
+        observers: &mut Observers,
+        rx: &mut Vec<(Micros, Frame)>,
+    ) -> Result<(), Error> {
+        loop {
+            while let Some(received) = self.bus.receive().map_err(bus_error)? {
+                self.frames += 1;
+                observers.mp_frame(received.at, &received.frame);
+                rx.push((received.at, received.frame));
+            }
+            if bus::now() >= until {
+                return Ok(());
+            }
+            self.bus.wait(until).map_err(bus_error)?;
+        }
+    }
+
+    fn buses(&self) -> Vec<(String, Statistics)> {
+        let statistics = Statistics { frames: self.frames, ..Statistics::default() };
+        vec![(self.name.clone(), statistics)]
+    }
+
+    fn knows_mechanics(&self) -> bool {
+        false
+    }
+}
