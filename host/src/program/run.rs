@@ -1,7 +1,10 @@
 //! A task from the handshake to the leases given back. Whatever happens in between, it ends with
 //! the robots at rest.
 
+mod status;
 mod work;
+
+pub use status::{RunError, RunStatus};
 
 use super::plan::{Motion, Place, Plan, PlanError, Work};
 use super::progress::{Progress, Segment};
@@ -10,60 +13,19 @@ use crate::mp::checklist::Checklist;
 use crate::mp::config::{Config, ConfigError, ms};
 use crate::mp::event::What;
 use crate::mp::failure::{Awaited, Failure};
-use crate::mp::generator::{AsPlanned, Carried, Carry, Course, Readiness, Together};
+use crate::mp::generator::Readiness;
 use crate::mp::robot::Image;
-use crate::mp::subsystem::BoxedBehaviour;
 use crate::mp::watch::Watch;
 use crate::mp::{Job, Mp, MpStatus};
-use crate::task::{Task, Tight};
-use agent::Move;
+use crate::task::Task;
 use protocol::frame::Frame;
-use protocol::message::{Decision, NodeState, StopKind};
+use protocol::message::{NodeState, StopKind};
 use protocol::time::Micros;
-use protocol::units::PerAxis;
 use std::path::PathBuf;
 
 /// The label of the decision that tells robots in loose coordination which node is next; its variant
 /// is the node's number, from 1.
 pub const NEXT_NODE: u16 = 1;
-
-/// Why a run ended in error.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RunError {
-    /// The task cannot be run from where the robots are; nothing moved.
-    #[error(transparent)]
-    Plan(PlanError),
-    /// A robot, a node or the operator ended it.
-    #[error("{}{failure}", .step.as_ref().map_or_else(String::new, |step| format!("step \"{step}\": ")))]
-    Failure {
-        /// The step in which it happened.
-        step: Option<String>,
-        /// What happened.
-        failure: Failure,
-    },
-}
-
-impl RunError {
-    /// The exit code of the program.
-    #[must_use]
-    pub const fn exit_code(&self) -> u8 {
-        match self {
-            Self::Plan(error) => error.exit_code(),
-            Self::Failure { failure, .. } => failure.exit_code(),
-        }
-    }
-}
-
-/// What a run does.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RunStatus {
-    /// It goes on: call again.
-    Running,
-    /// The task is done, the robots are at rest and the leases given back.
-    Done,
-    /// It ended in error; the robots are at rest and the leases given back, as far as they answer.
-    Failed(RunError),
-}
 
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {

@@ -46,7 +46,7 @@ fn carry_it<P: Pace + 'static>(world: &mut World<Mp>, tight: Tight, pace: P) -> 
 /// What a quintic on position, velocity and acceleration at both ends demands between two knots:
 /// its greatest |velocity|, |acceleration| and |jerk|, looked at in 40 points.
 fn quintic(a: &KnotMessage, b: &KnotMessage, axis: usize) -> [f64; 3] {
-    let t = (b.at.0 - a.at.0) as f64 * 1e-6;
+    let t = Micros(b.at.0 - a.at.0).as_secs_f64();
     let (p0, p1) = (a.position[axis], b.position[axis]);
     let (v0, v1) = (
         f64::from(a.velocity[axis]) * t,
@@ -250,7 +250,8 @@ fn the_pace_follows_the_distance_and_the_guard() {
         full_m: distance + 1.0,
     };
     assert_eq!(carry_it(&mut near, tight.clone(), pace), MpStatus::Ended);
-    let ratio = near.peers[0].knots.len() as f64 / planned.peers[0].knots.len() as f64;
+    let count = |w: &World<Mp>| f64::from(u32::try_from(w.peers[0].knots.len()).unwrap());
+    let ratio = count(&near) / count(&planned);
     // half the pace but for the time it takes to slow down
     assert!((1.5..2.0).contains(&ratio), "{ratio}");
     check_stream(&near, 1).unwrap();
