@@ -93,12 +93,18 @@ impl Line {
             return self.end;
         }
         if s > 0.0 {
-            return Pose {
-                position: self.start.position + self.twist.linear * s,
-                rotation: exp(self.twist.angular * s) * self.start.rotation,
-            };
+            return self.extended(s);
         }
         self.start
+    }
+
+    /// The pose at s on the line continued beyond both ends: what differences at the ends need.
+    #[must_use]
+    pub fn extended(&self, s: f64) -> Pose {
+        Pose {
+            position: self.start.position + self.twist.linear * s,
+            rotation: exp(self.twist.angular * s) * self.start.rotation,
+        }
     }
 
     /// The derivative of the pose with respect to s: constant, in the base frame.

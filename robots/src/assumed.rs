@@ -16,9 +16,9 @@ pub struct Assumed {
 }
 
 /// ASSUMED: greatest acceleration of a motor in any set-point, rad/s².
-pub const MOTOR_ACCELERATION_HARD: f64 = 450.0;
+pub const MOTOR_ACCELERATION_HARD: f64 = 900.0;
 /// ASSUMED: greatest jerk of a motor in any set-point, rad/s³.
-pub const MOTOR_JERK_HARD: f64 = 15_000.0;
+pub const MOTOR_JERK_HARD: f64 = 60_000.0;
 /// ASSUMED: greatest jerk of a motor in a plan, rad/s³.
 pub const MOTOR_JERK_PLANNING: f64 = 1_500.0;
 

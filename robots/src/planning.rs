@@ -21,7 +21,7 @@ use crate::space::Joints;
 /// ASSUMED: share of the hard velocity limit that a plan may use.
 pub const VELOCITY_SHARE: f64 = 0.95;
 /// ASSUMED: share of the hard acceleration limit left to the curvature of the screw triangles.
-pub const CURVATURE_SHARE: f64 = 1.0 / 3.0;
+pub const CURVATURE_SHARE: f64 = 1.0 / 6.0;
 
 /// The part of every motor's hard velocity limit that is in force, in (0, 1]: MRROC++'s
 /// `velocity_limit_global_factor`.

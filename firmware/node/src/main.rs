@@ -1,2 +1,40 @@
-//! Under construction.
-fn main() {}
+//! `mrroc-node`: the controller node of one robot as a process, in real time.
+//!
+//! The node is [`firmware::Node`], the very same that runs on a microcontroller and in lock step;
+//! here is only its rim: a clock, buses, and what people read.
+//!
+//! | module | one line |
+//! |---|---|
+//! | [`args`] | the command line |
+//! | [`exit`] | exit codes, and errors of one line |
+//! | [`ports`] | the node's ports on real buses |
+//! | [`answers`] | on a hub: waiting for drives whose answers are late |
+//! | [`lateness`] | how late the node was called |
+//! | [`panel`] | the switch beside the node: path stop, then torque off |
+//! | [`report`] | what the node says, in words and as JSON |
+//! | [`printer`] | output that never blocks the servo loop |
+//! | [`run`] | the loop |
+#![forbid(unsafe_code)]
+
+mod answers;
+mod args;
+mod exit;
+mod lateness;
+mod panel;
+mod ports;
+mod printer;
+mod report;
+mod run;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args = match args::parse(std::env::args_os()) {
+        Ok(args) => args,
+        Err(end) => return end.tell(),
+    };
+    match run::run(&args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(end) => end.tell(),
+    }
+}

@@ -50,6 +50,8 @@ pub struct Run {
     plan: Option<Plan>,
     places: Vec<Place>,
     phase: Phase,
+    /// When every node had said who it is.
+    identified_at: Option<Micros>,
     error: Option<RunError>,
     progress: Vec<Progress>,
     /// Per robot: number of the latest instruction before the step, and the motions of the step.
@@ -86,6 +88,7 @@ impl Run {
             plan: None,
             places: Vec::new(),
             phase: Phase::Identify,
+            identified_at: None,
             error: None,
             progress: Vec::new(),
             given: vec![(0, Vec::new()); robots.len()],
@@ -255,11 +258,12 @@ impl Run {
     }
 
     /// A node that answered but sends no feedback.
-    fn silent(&self, now: Micros) -> Option<Failure> {
+    fn silent(&mut self, now: Micros) -> Option<Failure> {
+        let since = *self.identified_at.get_or_insert(now);
         let span_ms = self.mp.config().timing.identify_ms;
         let silent = |image: &&Image| image.feedback().fresh().is_none();
         let image = self.mp.robots().iter().find(silent)?;
-        (now > ms(span_ms.saturating_mul(2))).then(|| Failure::Lost {
+        (now.since(since) > ms(span_ms)).then(|| Failure::Lost {
             who: image.who(),
             span_ms,
         })

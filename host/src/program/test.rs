@@ -234,6 +234,55 @@ fn unhomed_motors_may_jog() {
 }
 
 #[test]
+fn a_node_without_feedback_is_lost() {
+    let mut world = world(task(FULL), [Script::default(), Script::default()]);
+    world.peers[1].feedback_on = false;
+    match finish(&mut world) {
+        RunStatus::Failed(RunError::Failure {
+            failure: Failure::Lost { who, .. },
+            ..
+        }) => {
+            assert_eq!(who.robot, 1);
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn streams_begin_together_and_go_on_alone() {
+    let text = |nodes: usize, axes: usize| {
+        let line = |value: f64| format!("{}\n", vec![value.to_string(); axes].join(" "));
+        let node = format!("{}{}{}", line(0.1), line(0.1), line(0.01));
+        format!("JOINT\n{nodes}\nRELATIVE\n{}", node.repeat(nodes))
+    };
+    let mut replayed = task("[[step]]\nhome = [\"irp6-track\", \"irp6-postument\"]\n");
+    let replays = [(0, 3, 7), (1, 2, 6)].map(|(robot, nodes, axes)| crate::task::Replay {
+        robot,
+        path: "x.trj".into(),
+        trajectory: crate::trj::parse(&text(nodes, axes), axes).unwrap(),
+    });
+    replayed.steps.push(crate::task::Step {
+        name: "replay".into(),
+        line: 9,
+        action: crate::task::Action::Replay {
+            replays: replays.to_vec(),
+            coordination: crate::task::Coordination::None,
+        },
+    });
+    let mut world = world(replayed, [Script::default(), Script::default()]);
+    assert_eq!(finish(&mut world), RunStatus::Done);
+    let starts = |robot: usize| -> Vec<Micros> {
+        world.peers[robot]
+            .started
+            .iter()
+            .map(|(at, _)| *at)
+            .collect()
+    };
+    assert_eq!((starts(0).len(), starts(1).len()), (3, 2));
+    assert_eq!(starts(0)[0], starts(1)[0]);
+}
+
+#[test]
 fn the_operator_ends_it_at_rest_and_released() {
     let mut world = world(task(FULL), [Script::default(), Script::default()]);
     assert!(world.until(30_000, |w| w.peers[0].state == NodeState::Moving));

@@ -97,7 +97,7 @@ struct Local<const N: usize> {
 
 impl<R: Robot<N>, const N: usize> LineMove<R, N> {
     fn joints(&self, line: &Line, s: f64, near: &Joints<N>) -> Result<Joints<N>, Refusal> {
-        let t_base_flange = line.at(s) * self.t_flange_tool.inverse();
+        let t_base_flange = line.extended(s) * self.t_flange_tool.inverse();
         self.robot
             .inverse(&t_base_flange, near)
             .map(|solution| solution.nearest())
@@ -174,14 +174,6 @@ impl<R: Robot<N>, const N: usize> LineMove<R, N> {
                 break;
             }
             let s = f64::from(*points) / f64::from(SCAN_POINTS);
-            // the stencil stays on the line
-            let s = if s < 2.0 * DELTA {
-                2.0 * DELTA
-            } else if s > 1.0 - 2.0 * DELTA {
-                1.0 - 2.0 * DELTA
-            } else {
-                s
-            };
             let local = self.local(&way.line, s, &way.near)?;
             let d3 = self.third(&way.line, s, &local.q)?;
             if local.d1.iter().any(|d| libm::fabs(*d) > SINGULAR_SLOPE) {

@@ -1,0 +1,212 @@
+//! The command line.
+
+use crate::exit::{self, End};
+use bus::spec::BusSpec;
+use clap::{Parser, ValueEnum};
+use firmware::process::default_effector;
+use protocol::id::NodeId;
+use protocol::message::ServoLaw;
+use robots::RobotKind;
+use std::ffi::OsString;
+
+/// The controller node of one robot, in real time.
+///
+/// Runs the node (ECP and EDP) as a process: MP on one side, CANopen drives on the other. On a hub
+/// the MP's bus is the channel `mp`, the drive buses are `ROBOT.0`, `ROBOT.1`; on a CAN interface
+/// everything is one wire. State changes and faults are told on stderr as they happen, how late
+/// the node was called at the end. Ctrl-C or SIGTERM: path stop, torque off, end; a second one
+/// cuts the torque at once. Axes are counted from 1.
+#[derive(Debug, Parser)]
+#[command(name = "mrroc-node", version, after_help = exit::HELP)]
+struct Raw {
+    /// The robot: irp6-track or irp6-postument
+    robot: String,
+    /// Where MP and drives are: hub[:PORT], hub:HOST:PORT (this machine) or can:INTERFACE
+    #[arg(long)]
+    bus: String,
+    /// The effector's number j, from 1 [default: irp6-track 1, irp6-postument 2]
+    #[arg(long, value_name = "J")]
+    effector: Option<u8>,
+    /// How the loops are closed at start
+    #[arg(long, value_enum, default_value = "drive-position")]
+    law: Law,
+    /// Fraction of the motors' hard velocity limit that may be used, 0 < F <= 1
+    #[arg(long, value_name = "F", default_value_t = 0.2)]
+    velocity_factor: f64,
+    /// JSON lines on stdout: every event as it happens, then the summary
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Law {
+    /// csp: the drive closes the position loop
+    DrivePosition,
+    /// cst: MRROC++'s second-order difference equation
+    Original,
+    /// cst: PID with velocity and acceleration feed-forward
+    FeedForward,
+}
+
+/// A real bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// A hub.
+    Hub {
+        /// Name or address.
+        host: String,
+        /// TCP port.
+        port: u16,
+    },
+    /// A CAN interface.
+    Can {
+        /// Its name.
+        interface: String,
+    },
+}
+
+/// What is to be run.
+#[derive(Debug)]
+pub(crate) struct Args {
+    /// The robot.
+    pub(crate) robot: RobotKind,
+    /// The bus.
+    pub(crate) place: Place,
+    /// The effector's number.
+    pub(crate) effector: u8,
+    /// The servo law.
+    pub(crate) law: ServoLaw,
+    /// Fraction of the velocity limit.
+    pub(crate) velocity_factor: f64,
+    /// JSON lines on stdout.
+    pub(crate) json: bool,
+}
+
+/// What the command line asks for.
+///
+/// # Errors
+/// `--help` and `--version` (code 0), or what is wrong, in one line.
+pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, End> {
+    let raw = Raw::try_parse_from(args).map_err(|error| {
+        if error.use_stderr() {
+            End::new(exit::USAGE, one_line(&error.to_string()))
+        } else {
+            End::new(0, error)
+        }
+    })?;
+    let usage = |text: String| End::new(exit::USAGE, text);
+    let robot = RobotKind::from_name(&raw.robot).map_err(|error| usage(error.to_string()))?;
+    let place = match raw.bus.parse() {
+        Ok(BusSpec::Hub { host, port }) => Place::Hub { host, port },
+        Ok(BusSpec::Can { interface }) => Place::Can { interface },
+        Ok(BusSpec::Virtual) => {
+            return Err(usage(
+                "--bus: a node process needs a bus between processes (expected hub, hub:PORT or \
+                 can:INTERFACE, got virtual)"
+                    .into(),
+            ));
+        }
+        Err(error) => return Err(usage(format!("--bus: {error}"))),
+    };
+    let effector = raw.effector.unwrap_or(default_effector(robot));
+    if effector == 0 || NodeId::effector(effector).is_none() {
+        return Err(usage(format!(
+            "--effector: not an effector's number (expected 1 to {}, got {effector})",
+            NodeId::MAX - NodeId::EFFECTOR_BASE
+        )));
+    }
+    if !(raw.velocity_factor > 0.0 && raw.velocity_factor <= 1.0) {
+        return Err(usage(format!(
+            "--velocity-factor: out of range (expected 0 < F <= 1, got {})",
+            raw.velocity_factor
+        )));
+    }
+    Ok(Args {
+        robot,
+        place,
+        effector,
+        law: match raw.law {
+            Law::DrivePosition => ServoLaw::DrivePosition,
+            Law::Original => ServoLaw::Original,
+            Law::FeedForward => ServoLaw::FeedForward,
+        },
+        velocity_factor: raw.velocity_factor,
+        json: raw.json,
+    })
+}
+
+/// The first paragraph of clap's text as one line.
+fn one_line(text: &str) -> String {
+    let paragraph = text.split("\n\n").next().unwrap_or(text);
+    let words: Vec<&str> = paragraph.split_whitespace().collect();
+    let line = words.join(" ");
+    let line = line.strip_prefix("error: ").unwrap_or(&line);
+    format!("{line} (see mrroc-node --help)")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Result<Args, End> {
+        parse(text.split(' ').map(OsString::from))
+    }
+
+    #[test]
+    fn defaults() {
+        let args = of("mrroc-node irp6-postument --bus hub:3000").unwrap();
+        assert_eq!(args.effector, 2);
+        assert_eq!(args.law, ServoLaw::DrivePosition);
+        assert_eq!(
+            args.place,
+            Place::Hub {
+                host: "127.0.0.1".into(),
+                port: 3000
+            }
+        );
+        assert_eq!(
+            of("mrroc-node irp6-track --bus can:can0").unwrap().effector,
+            1
+        );
+    }
+
+    #[test]
+    fn every_mistake_is_one_line_with_code_64() {
+        for text in [
+            "mrroc-node",
+            "mrroc-node irp6-track",
+            "mrroc-node irp7 --bus hub",
+            "mrroc-node irp6-track --bus hub:x",
+            "mrroc-node irp6-track --bus virtual",
+            "mrroc-node irp6-track --bus hub --effector 0",
+            "mrroc-node irp6-track --bus hub --effector 118",
+            "mrroc-node irp6-track --bus hub --effector 1000",
+            "mrroc-node irp6-track --bus hub --law pid",
+            "mrroc-node irp6-track --bus hub --velocity-factor 0",
+            "mrroc-node irp6-track --bus hub --velocity-factor NaN",
+            "mrroc-node irp6-track --bus hub --velocity-factor 1.1",
+            "mrroc-node irp6-track --bus hub --bogus",
+        ] {
+            let end = of(text).unwrap_err();
+            assert_eq!(end.code, exit::USAGE, "{text}");
+            assert!(
+                !end.text.contains('\n') && end.text.len() > 20,
+                "{text}: {}",
+                end.text
+            );
+        }
+    }
+
+    #[test]
+    fn help_and_version_are_no_errors() {
+        let help = of("mrroc-node --help").unwrap_err();
+        assert_eq!(help.code, 0);
+        for code in [exit::USAGE, exit::UNAVAILABLE, exit::INTERNAL, exit::IO] {
+            assert!(
+                help.text.contains(&format!("  {code}  ")),
+                "{code} is not in --help"
+            );
+        }
+        assert_eq!(of("mrroc-node --version").unwrap_err().code, 0);
+    }
+}

@@ -1,0 +1,215 @@
+//! The loop: wait for the node's next instant, hand it what has arrived, send what it says.
+
+use crate::args::Args;
+use crate::exit::{self, End};
+use crate::lateness::Lateness;
+use crate::panel::{Ended, Panel};
+use crate::ports::{self, Ports};
+use crate::printer::Printer;
+use crate::report::Report;
+use bus::now;
+use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
+use firmware::{ConfigError, Node, NodeProcess, Port, Station};
+use protocol::id::NodeId;
+use protocol::time::Micros;
+use robots::{Irp6Postument, Irp6Track, RobotKind};
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Runs the node until somebody ends it.
+///
+/// # Errors
+/// When the buses cannot be opened, or fail.
+pub(crate) fn run(args: &Args) -> Result<(), End> {
+    let printer = Printer::new(args.json);
+    let opened = ports::open(&args.place, args.robot, &mut |line| printer.tell(line))?;
+    let station = Station {
+        effector: args.effector,
+        unique_id: unique_id(),
+        mtu: opened.mtu,
+        law: args.law,
+        velocity_factor: args.velocity_factor,
+        one_wire: opened.one_wire,
+    };
+    let asked = Arc::new(AtomicU8::new(0));
+    let asking = Arc::clone(&asked);
+    ctrlc::set_handler(move || {
+        asking.fetch_add(1, Ordering::Relaxed);
+    })
+    .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
+    let node = build(args.robot, &station).map_err(|error| {
+        End::new(
+            exit::USAGE,
+            format!("{} as effector {}: {error}", args.robot, args.effector),
+        )
+    })?;
+    let identity = node.identity();
+    let half = Micros(u64::from(identity.servo_step_us) / 2);
+    let mut work = Work {
+        robot: args.robot,
+        node,
+        ports: opened.ports,
+        report: Report::new(args.robot),
+        lateness: Lateness::new(half),
+        printer,
+        asked,
+        id: NodeId::effector(args.effector).unwrap_or(NodeId::MP),
+    };
+    work.begin(args);
+    let result = work.turn();
+    work.summary();
+    result
+}
+
+/// Random enough to tell this process from the one before.
+fn unique_id() -> u64 {
+    let since = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    u64::from(std::process::id()) << 32 ^ u64::try_from(since.as_micros()).unwrap_or(0)
+}
+
+fn build(robot: RobotKind, station: &Station) -> Result<Box<dyn NodeProcess>, ConfigError> {
+    let now = now();
+    Ok(match robot {
+        RobotKind::Irp6Track => Box::new(Node::new(
+            now,
+            Irp6Track,
+            station.config(IRP6_TRACK_BUSES)?,
+        )?),
+        RobotKind::Irp6Postument => Box::new(Node::new(
+            now,
+            Irp6Postument,
+            station.config(IRP6_POSTUMENT_BUSES)?,
+        )?),
+    })
+}
+
+struct Work {
+    robot: RobotKind,
+    node: Box<dyn NodeProcess>,
+    ports: Ports,
+    report: Report,
+    lateness: Lateness,
+    printer: Printer,
+    asked: Arc<AtomicU8>,
+    id: NodeId,
+}
+
+impl Work {
+    fn begin(&self, args: &Args) {
+        let identity = self.node.identity();
+        self.printer.tell(format!(
+            "{}: effector {} is node {}, {} axes, servo step {} us, schema {:016x}; Ctrl-C ends it",
+            self.robot,
+            args.effector,
+            self.id,
+            identity.axes,
+            identity.servo_step_us,
+            identity.schema_hash
+        ));
+        self.printer.json(&json!({
+            "event": "ready", "robot": self.robot.name(), "effector": args.effector,
+            "node": self.id.get(), "axes": identity.axes, "servo_step_us": identity.servo_step_us,
+        }));
+    }
+
+    fn turn(&mut self) -> Result<(), End> {
+        let mut rx = Vec::new();
+        let mut panel: Option<Panel> = None;
+        let mut failure: Option<End> = None;
+        loop {
+            let due = self.node.next_wake();
+            self.ports.wait_until(due, &mut rx);
+            self.lateness.record(now().since(due));
+            self.ports.await_answers(&mut rx);
+            let now = now();
+            if let Some(error) = self.ports.take_failure() {
+                self.printer
+                    .tell(format!("{}: {error}: stopping", self.robot));
+                failure.get_or_insert(End::new(exit::IO, error));
+                panel.get_or_insert_with(|| Panel::new(self.id, now));
+            }
+            let asked = self.asked.load(Ordering::Relaxed);
+            if asked > 0 && panel.is_none() {
+                self.printer.tell(format!(
+                    "{}: asked to end: path stop, torque off",
+                    self.robot
+                ));
+                panel = Some(Panel::new(self.id, now));
+            }
+            if let Some(panel) = &mut panel {
+                if asked > 1 {
+                    panel.cut(now);
+                }
+                let mut ended = panel.step(now, self.node.state(), &mut rx);
+                if self.ports.all_failed() {
+                    // nothing can be told to the drives any more: they stop by themselves
+                    ended = Some(Ended::Cut);
+                }
+                if let Some(ended) = ended {
+                    self.printer.tell(match ended {
+                        Ended::InOrder => format!("{}: torque off", self.robot),
+                        Ended::Cut => format!("{}: torque cut", self.robot),
+                    });
+                    return failure.map_or(Ok(()), Err);
+                }
+            }
+            let Self {
+                node,
+                ports,
+                report,
+                printer,
+                ..
+            } = self;
+            node.step(now, &rx, &mut |port, frame| {
+                if port == Port::Mp {
+                    if panel.as_mut().is_some_and(|panel| panel.takes(&frame, now)) {
+                        return;
+                    }
+                    report.frame(now, &frame, printer);
+                }
+                ports.send(port, &frame);
+            });
+            rx.clear();
+            report.state(now, node.state(), printer);
+        }
+    }
+
+    fn summary(&self) {
+        let traffic = self.ports.traffic();
+        let late = &self.lateness;
+        let last = self.report.last();
+        let (steps, violations, lost) =
+            last.map_or((0, 0, 0), |f| (f.step, f.limit_violations, f.lost));
+        let [p50, p99, p999] = [500, 990, 999].map(|permille| late.percentile(permille).0);
+        self.printer.result(format!(
+            "{robot}: {steps} servo steps, {faults} faults, {violations} limit violations, {lost} \
+             commands lost\n\
+             {robot}: called late by {p50} us (half of the calls), {p99} us (99 %), {p999} us (99.9 \
+             %), worst {worst} us; {overruns} overruns in {calls} calls\n\
+             {robot}: {sent} frames sent, {received} received, {dropped} dropped; late answers \
+             awaited {awaited} times, worst {awaited_us} us",
+            robot = self.robot,
+            faults = self.report.faults(),
+            worst = late.worst().0,
+            overruns = late.overruns(),
+            calls = late.calls(),
+            sent = traffic.sent,
+            received = traffic.received,
+            dropped = traffic.dropped,
+            awaited = traffic.awaited,
+            awaited_us = traffic.awaited_worst.0,
+        ));
+        self.printer.json(&json!({
+            "event": "summary", "robot": self.robot.name(), "servo_steps": steps,
+            "faults": self.report.faults(), "limit_violations": violations, "commands_lost": lost,
+            "lateness_us": {"p50": p50, "p99": p99, "p99_9": p999, "max": late.worst().0},
+            "overruns": late.overruns(), "calls": late.calls(), "frames_sent": traffic.sent,
+            "frames_received": traffic.received, "frames_dropped": traffic.dropped,
+            "answers_awaited": traffic.awaited, "answers_awaited_max_us": traffic.awaited_worst.0,
+        }));
+    }
+}
