@@ -5,8 +5,10 @@
 //! | [`drive`] | a conformant CiA 301 / CiA 402 slave for one axis |
 //! | [`plant`] | motors, gears, friction, gravity, encoders, switches, brakes of one robot |
 //! | [`cell`] | nodes, drives, mechanics and buses on one virtual clock |
+//! | [`realtime`] | one robot's drives and mechanics on buses between processes |
 #![forbid(unsafe_code)]
 
 pub mod cell;
 pub mod drive;
 pub mod plant;
+pub mod realtime;

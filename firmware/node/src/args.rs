@@ -91,7 +91,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         if error.use_stderr() {
             End::new(exit::USAGE, one_line(&error.to_string()))
         } else {
-            End::new(0, error)
+            End::new(0, error.to_string())
         }
     })?;
     let usage = |text: String| End::new(exit::USAGE, text);

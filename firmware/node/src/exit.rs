@@ -34,8 +34,8 @@ pub(crate) struct End {
 
 impl End {
     /// An error.
-    pub(crate) fn new(code: u8, text: impl ToString) -> Self {
-        let text = text.to_string();
+    pub(crate) fn new(code: u8, text: impl Into<String>) -> Self {
+        let text = text.into();
         Self { code, text }
     }
 

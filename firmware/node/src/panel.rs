@@ -128,7 +128,7 @@ impl Panel {
                 port: Port::Mp,
                 at: now,
                 frame,
-            })
+            });
         };
         // what does not fit a transfer cannot be: the types exclude it
         let _ = match (state, self.epoch) {

@@ -99,7 +99,7 @@ pub(crate) fn open(
     robot: RobotKind,
     wait: &mut dyn FnMut(String),
 ) -> Result<Opened, End> {
-    let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error);
+    let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
     match place {
         Place::Hub { host, port } => {
             let give_up = now() + HUB_PATIENCE;

@@ -129,7 +129,7 @@ impl Work {
             if let Some(error) = self.ports.take_failure() {
                 self.printer
                     .tell(format!("{}: {error}: stopping", self.robot));
-                failure.get_or_insert(End::new(exit::IO, error));
+                failure.get_or_insert(End::new(exit::IO, error.to_string()));
                 panel.get_or_insert_with(|| Panel::new(self.id, now));
             }
             let asked = self.asked.load(Ordering::Relaxed);

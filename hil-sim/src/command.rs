@@ -1,0 +1,331 @@
+//! What the process does: robots in threads of their own, and the hub between the processes.
+
+pub(crate) mod args;
+pub(crate) mod exit;
+
+use args::{Args, Place};
+use bus::hub::{HubServer, Reachable};
+use bus::{Bus, BusError};
+use exit::End;
+use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES, drive_buses};
+use firmware::{DriveAddress, Station};
+use hil_sim::cell::setup;
+use hil_sim::plant::robot::SimRobot;
+use hil_sim::realtime::clock::Clock;
+use hil_sim::realtime::{LiveRobot, Statistics, Waiting};
+use protocol::message::ServoLaw;
+use protocol::time::Micros;
+use protocol::transfer::Mtu;
+use robots::{Irp6Postument, Irp6Track, Robot as _, RobotKind};
+use serde_json::{Value, json};
+use std::io::Write as _;
+use std::net::ToSocketAddrs as _;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+/// Between two looks at what the robots report.
+const LOOK: Duration = Duration::from_millis(50);
+/// Lateness is told once in so many looks: every 5 s.
+const LOOKS_PER_REPORT: u32 = 100;
+
+/// Runs the robots until somebody ends it.
+///
+/// # Errors
+/// When the bus cannot be opened, or fails.
+pub(crate) fn run(args: &Args) -> Result<(), End> {
+    let ending = Arc::new(AtomicBool::new(false));
+    let (bus, hub) = open_hub(args)?;
+    let mut live = Vec::new();
+    for &(kind, effector) in &args.robots {
+        live.push((kind, build(args, hub.as_ref(), kind, effector)?));
+    }
+    let asked = Arc::clone(&ending);
+    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
+        .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
+    let running: Vec<Running> = live
+        .into_iter()
+        .map(|(kind, robot)| Running::start(kind, robot, &ending))
+        .collect::<Result<_, _>>()?;
+    begin(args, &bus, hub.as_ref());
+    let mut looks = 0;
+    let mut told: Vec<u64> = vec![0; running.len()];
+    while !ending.load(Ordering::Relaxed) {
+        thread::sleep(LOOK);
+        looks += 1;
+        if looks % LOOKS_PER_REPORT == 0 {
+            for (robot, told) in running.iter().zip(&mut told) {
+                robot.tell_if_late(args.json, told);
+            }
+        }
+    }
+    let mut result = Ok(());
+    for robot in running {
+        let ended = robot.end(args.json);
+        result = result.and(ended);
+    }
+    if let Some(hub) = hub {
+        let (frames, dropped) = (hub.frames(), hub.dropped());
+        say(
+            args.json,
+            &format!(
+                "hub: {frames} frames, {dropped} not taken by a participant that did not read"
+            ),
+            &json!({"event": "summary", "hub": {"frames": frames, "dropped": dropped}}),
+        );
+    }
+    result
+}
+
+/// The hub, if the bus is one, and what to call the bus.
+fn open_hub(args: &Args) -> Result<(String, Option<HubServer>), End> {
+    let (host, port) = match &args.place {
+        Place::Can { interface } => return Ok((format!("can:{interface}"), None)),
+        Place::Hub { host, port } => (host.as_str(), *port),
+    };
+    let unavailable = |text: String| End::new(exit::UNAVAILABLE, text);
+    let address = (host, port)
+        .to_socket_addrs()
+        .map_err(|error| unavailable(format!("hub {host}:{port}: no such host: {error}")))?
+        .next()
+        .ok_or_else(|| unavailable(format!("hub {host}:{port}: no address")))?;
+    let mut channels = vec!["mp".to_owned()];
+    for (kind, _) in &args.robots {
+        channels.extend((0..buses(*kind)).map(|bus| format!("{kind}.{bus}")));
+    }
+    let names: Vec<&str> = channels.iter().map(String::as_str).collect();
+    let hub = HubServer::bind_to(address, &names, Reachable::Loopback)
+        .map_err(|error| unavailable(error.to_string()))?;
+    Ok((format!("hub:{}", hub.address()), Some(hub)))
+}
+
+/// How many drive buses a robot has on a hub.
+fn buses(kind: RobotKind) -> u8 {
+    drive_buses(kind).iter().max().map_or(0, |last| last + 1)
+}
+
+fn build(
+    args: &Args,
+    hub: Option<&HubServer>,
+    kind: RobotKind,
+    effector: u8,
+) -> Result<LiveRobot, End> {
+    let station = Station {
+        effector,
+        unique_id: 0,
+        mtu: Mtu::Classic,
+        law: ServoLaw::DrivePosition,
+        velocity_factor: 1.0,
+        one_wire: hub.is_none(),
+    };
+    let wrong = |error: &dyn std::fmt::Display| {
+        End::new(
+            exit::USAGE,
+            format!("{kind} as effector {effector}: {error}"),
+        )
+    };
+    let config = |error: firmware::ConfigError| wrong(&error);
+    let (drives, step_us): (Vec<DriveAddress>, u32) = match kind {
+        RobotKind::Irp6Track => (
+            station
+                .config(IRP6_TRACK_BUSES)
+                .map_err(config)?
+                .drives
+                .to_vec(),
+            Irp6Track.description().servo_step_us,
+        ),
+        RobotKind::Irp6Postument => (
+            station
+                .config(IRP6_POSTUMENT_BUSES)
+                .map_err(config)?
+                .drives
+                .to_vec(),
+            Irp6Postument.description().servo_step_us,
+        ),
+    };
+    let period = Micros(u64::from(step_us));
+    let robot =
+        SimRobot::new(setup(kind, &drives, args.seed), args.seed).map_err(|error| wrong(&error))?;
+    let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
+    Ok(match (&args.place, hub) {
+        (Place::Hub { .. }, Some(hub)) => {
+            let names = (0..buses(kind)).map(|bus| format!("{kind}.{bus}"));
+            let taps = names.filter_map(|name| hub.tap(&name));
+            let taps = taps
+                .map(|tap| Box::new(tap) as Box<dyn Bus + Send>)
+                .collect();
+            LiveRobot::new(
+                robot,
+                taps,
+                Waiting::Wake,
+                Clock::waiting(period.0 * 1000),
+                period,
+            )
+        }
+        (Place::Can { interface }, _) => {
+            let can = open_can(interface).map_err(unavailable)?;
+            LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
+        }
+        (Place::Hub { .. }, None) => {
+            return Err(End::new(exit::INTERNAL, "the hub was not started"));
+        }
+    })
+}
+
+#[cfg(target_os = "linux")]
+fn open_can(interface: &str) -> Result<Box<dyn Bus + Send>, BusError> {
+    Ok(Box::new(bus::socketcan::SocketCan::open(interface)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_can(interface: &str) -> Result<Box<dyn Bus + Send>, BusError> {
+    Err(BusError::Open {
+        bus: format!("can:{interface}"),
+        reason: "only Linux has CAN interfaces (SocketCAN); use --bus hub".into(),
+    })
+}
+
+fn begin(args: &Args, bus: &str, hub: Option<&HubServer>) {
+    let names: Vec<String> = args
+        .robots
+        .iter()
+        .map(|(kind, effector)| format!("{kind} as effector {effector}"))
+        .collect();
+    let robots: Vec<Value> = args
+        .robots
+        .iter()
+        .map(|(kind, effector)| {
+            json!({"name": kind.name(), "effector": effector, "axes": kind.axes()})
+        })
+        .collect();
+    let port = hub.map(|hub| hub.address().port());
+    warn(&format!(
+        "{bus}: simulating {}; seed {}; Ctrl-C ends it",
+        names.join(", "),
+        args.seed
+    ));
+    let ready = json!({
+        "event": "ready", "bus": bus, "port": port, "robots": robots, "seed": args.seed,
+    });
+    say(args.json, "", &ready);
+}
+
+/// A robot in its thread.
+struct Running {
+    kind: RobotKind,
+    statistics: Arc<Mutex<Statistics>>,
+    thread: JoinHandle<Result<(), BusError>>,
+}
+
+impl Running {
+    fn start(kind: RobotKind, mut robot: LiveRobot, ending: &Arc<AtomicBool>) -> Result<Self, End> {
+        let statistics = Arc::new(Mutex::new(Statistics::default()));
+        let (shared, ending) = (Arc::clone(&statistics), Arc::clone(ending));
+        let thread = thread::Builder::new()
+            .name(kind.name().to_owned())
+            .spawn(move || {
+                let mut result = Ok(());
+                while result.is_ok() && !ending.load(Ordering::Relaxed) {
+                    result = robot.turn();
+                    *shared.lock().unwrap_or_else(PoisonError::into_inner) = robot.statistics();
+                }
+                ending.store(true, Ordering::Relaxed);
+                result
+            })
+            .map_err(|error| End::new(exit::INTERNAL, format!("{kind}: no thread: {error}")))?;
+        Ok(Self {
+            kind,
+            statistics,
+            thread,
+        })
+    }
+
+    fn statistics(&self) -> Statistics {
+        *self
+            .statistics
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says so if it was late since it was last asked.
+    fn tell_if_late(&self, json: bool, told: &mut u64) {
+        let s = self.statistics();
+        let events = s.late + s.held.count;
+        if std::mem::replace(told, events) == events {
+            return;
+        }
+        warn(&format!("{}: {}", self.kind, lateness(&s)));
+        say(
+            json,
+            "",
+            &json!({"event": "late", "robot": self.kind.name(), "lateness": late(&s)}),
+        );
+    }
+
+    fn end(self, json: bool) -> Result<(), End> {
+        let s = self.statistics();
+        let kind = self.kind;
+        let seconds = Micros(s.simulated_ns / 1000).as_secs_f64();
+        say(
+            json,
+            &format!(
+                "{kind}: {seconds:.3} s simulated; {} frames received, {} sent, {} dropped; {}",
+                s.received,
+                s.sent,
+                s.dropped,
+                lateness(&s)
+            ),
+            &json!({
+                "event": "summary", "robot": kind.name(), "simulated_s": seconds,
+                "frames_received": s.received, "frames_sent": s.sent, "frames_dropped": s.dropped,
+                "lateness": late(&s),
+            }),
+        );
+        match self.thread.join() {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(error)) => Err(End::new(exit::IO, format!("{kind}: {error}"))),
+            Err(_) => Err(End::new(
+                exit::INTERNAL,
+                format!("{kind}: its simulation panicked"),
+            )),
+        }
+    }
+}
+
+fn lateness(s: &Statistics) -> String {
+    let ms = |ns: u64| Micros(ns / 1000).as_secs_f64() * 1e3;
+    format!(
+        "late {} times, worst {:.1} ms; simulated time waited for SYNC {} times, worst {:.1} ms, \
+         {:.1} ms in all",
+        s.late,
+        s.late_worst.as_secs_f64() * 1e3,
+        s.held.count,
+        ms(s.held.worst_ns),
+        ms(s.held.total_ns)
+    )
+}
+
+fn late(s: &Statistics) -> Value {
+    json!({
+        "late": s.late, "late_max_us": s.late_worst.0, "held": s.held.count,
+        "held_max_us": s.held.worst_ns / 1000, "held_total_us": s.held.total_ns / 1000,
+    })
+}
+
+/// A result, for people or for machines. Nobody may be reading: no reason to stop.
+fn say(json: bool, text: &str, value: &Value) {
+    let mut out = std::io::stdout();
+    let _ = if json {
+        writeln!(out, "{value}")
+    } else if text.is_empty() {
+        Ok(())
+    } else {
+        writeln!(out, "{text}")
+    };
+}
+
+/// Something to know while it runs.
+fn warn(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
