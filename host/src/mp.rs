@@ -7,12 +7,12 @@
 //! |---|---|
 //! | [`config`] | robots, and every period and time-out by name |
 //! | [`arm`] | a robot whose kind is known only at run time |
-//! | [`robot`] | the image of one robot: `e_c` of [Z1] (10) |
+//! | [`robot`] | the image of one robot: `e_c` of \[Z1\] (10) |
 //! | [`sensor`] | virtual sensors of the coordinator: `v_0` |
 //! | [`command`] | what robots are told in one macrostep |
 //! | [`subsystem`] | the three together, as the formalism sees them |
-//! | [`generator`] | motion generators of the MP level, all five classes of [Z1] §VI |
-//! | [`condition`] | conditions of the MP level, all four classes of [Z1] §VII |
+//! | [`generator`] | motion generators of the MP level, all five classes of \[Z1\] §VI |
+//! | [`condition`] | conditions of the MP level, all four classes of \[Z1\] §VII |
 //! | [`mod@census`] | the list of both, counted by a test |
 //! | [`behaviour`] | building blocks: handshake, homing, moving together, carrying, releasing |
 //! | [`watch`] | `f_E`: what ends a job in error |

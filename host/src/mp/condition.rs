@@ -1,4 +1,4 @@
-//! Conditions of the MP level, in all four classes of [Z1] §VII.
+//! Conditions of the MP level, in all four classes of \[Z1\] §VII.
 
 use super::robot::Image;
 use super::subsystem::MpSubsystem;

@@ -1,4 +1,4 @@
-//! Motion generators of the MP level, in all five classes of [Z1] §VI.
+//! Motion generators of the MP level, in all five classes of \[Z1\] §VI.
 //!
 //! | class | generator | one line |
 //! |---|---|---|

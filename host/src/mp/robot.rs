@@ -1,4 +1,4 @@
-//! The image of a robot in the Master Process: `e_c` of [Z1] (10), what `C_0` knows of `E_j`
+//! The image of a robot in the Master Process: `e_c` of \[Z1\] (10), what `C_0` knows of `E_j`
 //! through `C_j`.
 
 use super::arm::{Arm, motor_angles};

@@ -1,4 +1,4 @@
-//! `v_0`: the coordinator's bundle of virtual sensors ([Z1] (8), (13)).
+//! `v_0`: the coordinator's bundle of virtual sensors (\[Z1\] (8), (13)).
 //!
 //! Both shipped ones have the robots' own encoders as receptors: [`ToolPose`] aggregates motor
 //! angles into a pose, [`Distance`] two poses into a length. They are as old as the feedback they

@@ -6,7 +6,7 @@ use super::robot::Image;
 use super::sensor::Sensors;
 use agent::{Subsystem, args};
 
-/// `C_0`. Its state evolves as [Z1] (10): by its own state, by what each `C_j` tells of itself and
+/// `C_0`. Its state evolves as \[Z1\] (10): by its own state, by what each `C_j` tells of itself and
 /// of its effector (the [`Image`]s), and by `v_0`, the bundle of [`Sensors`].
 #[derive(Clone, Copy, Debug)]
 pub enum MpSubsystem {}
