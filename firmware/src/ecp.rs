@@ -55,7 +55,7 @@ pub trait Programs<const N: usize> {
     fn begin(&mut self, program: u16, argument: f64) -> bool;
     /// One step of the program begun last.
     fn step(&mut self, x: &Input<EcpOf<N>>) -> Step<Demand<N>>;
-    /// f_E of the running program: `true` ends it as an error, whatever else holds in that step.
+    /// `f_E` of the running program: `true` ends it as an error, whatever else holds in that step.
     fn error(&self, x: &Input<EcpOf<N>>) -> bool {
         let _ = x;
         false
@@ -107,7 +107,7 @@ pub enum Outcome<const N: usize> {
     Ended,
     /// The instruction cannot go on.
     Failed(Refusal),
-    /// f_E holds: an error, even if the terminal condition holds too.
+    /// `f_E` holds: an error, even if the terminal condition holds too.
     Error,
 }
 
@@ -210,7 +210,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
     /// [`Refusal::QueueFull`] when knots come faster than they are consumed.
     pub fn coordinate(&mut self, says: &Coordination) -> Result<(), Refusal> {
         match says {
-            Coordination::None => Ok(()),
             Coordination::Loose(decision) => {
                 self.decision = Some(*decision);
                 Ok(())
@@ -219,7 +218,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
                 .inbox
                 .push_back(knot.clone())
                 .map_err(|_| Refusal::QueueFull),
-            Coordination::Tight(_) => Ok(()),
+            Coordination::None | Coordination::Tight(_) => Ok(()),
         }
     }
 

@@ -15,14 +15,14 @@ use crate::edp::{Edp, EdpSetup};
 use crate::io::{Port, Received};
 use crate::session::Session;
 use crate::vsp::EffortSensor;
-use protocol::clock::Clock;
+use protocol::clock::{Clock, Quality};
 use protocol::cyphal::{Heartbeat, NodeInfo};
 use protocol::fault::{Cause, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Incoming, Message, Role};
 use protocol::message::{
-    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, StopKind,
+    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, StopKind, TimeSync,
 };
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
@@ -179,7 +179,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
     fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.watch_lease(now);
         self.effort.aggregate(&self.edp.currents_ma());
-        if self.edp.servo_step() % self.macrostep == 0 {
+        if self.edp.servo_step().is_multiple_of(self.macrostep) {
             self.macrostep(now);
         }
         self.edp.servo(now, tx);
@@ -293,7 +293,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         match incoming.message {
             Message::Command(command) => self.command(now, from, &command),
             Message::StopAll(stop) => self.stop(now, stop.kind),
-            Message::TimeSync(sync) => self.clock.receive(incoming.received_at, &sync),
+            Message::TimeSync(sync) => self.time(now, incoming.received_at, &sync),
             Message::Request {
                 transfer_id,
                 request,
@@ -307,6 +307,23 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             Message::GetInfo { transfer_id } => self.send_info(from, transfer_id, tx),
             _ => {}
         }
+    }
+
+    /// Time steps only for a new master, while nobody commands and nothing moves.
+    fn time(&mut self, now: Micros, received_at: Micros, sync: &TimeSync) {
+        self.clock.receive(received_at, sync);
+        let disagrees = self.clock.quality(now) == Quality::Disagrees;
+        if disagrees && self.session.epoch() == 0 && self.standing() {
+            self.clock.reset();
+        }
+    }
+
+    /// No set-point moves: not even one of homing or of a stop.
+    fn standing(&self) -> bool {
+        !matches!(
+            self.edp.mode(),
+            Mode::Moving { .. } | Mode::Stopping { .. } | Mode::Synchronising
+        )
     }
 
     fn send_info(&mut self, to: NodeId, transfer: TransferId, tx: &mut impl FnMut(Port, Frame)) {
@@ -344,6 +361,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         }
     }
 
+    #[expect(clippy::too_many_lines, reason = "one arm per request")]
     fn request(&mut self, now: Micros, from: NodeId, request: &Request) -> Result<Reply, Refusal> {
         let holder = |session: &Session, epoch: u32| session.authorise(from.get(), epoch);
         match request {
@@ -351,14 +369,15 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             Request::Acquire {
                 lease_ms, takeover, ..
             } => {
-                let at_rest = !matches!(
-                    self.edp.mode(),
-                    Mode::Moving { .. } | Mode::Stopping { .. } | Mode::Synchronising
-                );
+                let at_rest = self.standing();
                 let epoch = self
                     .session
                     .acquire(now, from.get(), *lease_ms, *takeover, at_rest)?;
                 self.link.set_lease(epoch);
+                if at_rest && !matches!(self.clock.quality(now), Quality::Synchronised { .. }) {
+                    // a master that has gone: the next pair may be another one's
+                    self.clock.reset();
+                }
                 self.ecp.forget();
                 return Ok(Reply::Lease { epoch });
             }
@@ -470,7 +489,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             let _ = self.link.send_event(&event, &mut mp(tx));
         }
         let step = self.edp.servo_step();
-        if self.trace_every > 0 && step % u32::from(self.trace_every) == 0 {
+        if self.trace_every > 0 && step.is_multiple_of(u32::from(self.trace_every)) {
             let mut demand = protocol::units::PerAxis::new();
             for axis in self.edp.axes() {
                 let _ = demand.push(saturate(axis.latest_demand_from_zero()));
@@ -479,7 +498,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
                 .link
                 .send_demand_trace(&DemandTrace { step, demand }, &mut mp(tx));
         }
-        if step % FEEDBACK_STEPS == 0 {
+        if step.is_multiple_of(FEEDBACK_STEPS) {
             let feedback = self.feedback(now);
             let _ = self.link.send_feedback(&feedback, &mut mp(tx));
         }

@@ -78,24 +78,38 @@ impl Station {
     /// [`ConfigError`], also when the numbers run out.
     pub fn config<const N: usize>(&self, buses: [u8; N]) -> Result<NodeConfig<N>, ConfigError> {
         let others = self.effector.saturating_sub(1);
-        let first = if self.one_wire { others.saturating_mul(DRIVES_PER_EFFECTOR) } else { 0 };
+        let first = if self.one_wire {
+            others.saturating_mul(DRIVES_PER_EFFECTOR)
+        } else {
+            0
+        };
         let mut axis = 0_u8;
         let mut wrong = None;
         let drives = buses.map(|bus| {
             axis = axis.saturating_add(1);
             let bus = if self.one_wire { 0 } else { bus };
-            DriveId::new(first.saturating_add(axis)).map(|id| DriveAddress { bus, id }).unwrap_or_else(
+            DriveId::new(first.saturating_add(axis)).map_or_else(
                 || {
-                    wrong = Some(ConfigError::DuplicateDrive { axis: axis.saturating_sub(1) });
-                    DriveAddress { bus, id: DriveId::FIRST }
+                    wrong = Some(ConfigError::DuplicateDrive {
+                        axis: axis.saturating_sub(1),
+                    });
+                    DriveAddress {
+                        bus,
+                        id: DriveId::FIRST,
+                    }
                 },
+                |id| DriveAddress { bus, id },
             )
         });
         if let Some(error) = wrong {
             return Err(error);
         }
         let shared = self.one_wire && others > 0;
-        let master = if self.one_wire { FIRST_MASTER.saturating_sub(others) } else { FIRST_MASTER };
+        let master = if self.one_wire {
+            FIRST_MASTER.saturating_sub(others)
+        } else {
+            FIRST_MASTER
+        };
         let config = NodeConfig {
             node: NodeId::effector(self.effector).unwrap_or(NodeId::MP),
             unique_id: self.unique_id,

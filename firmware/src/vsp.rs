@@ -2,7 +2,7 @@
 
 use crate::ecp::Sensors;
 
-/// f_v: motor effort from the drives' currents, without a force sensor.
+/// `f_v`: motor effort from the drives' currents, without a force sensor.
 ///
 /// The reading is the low-pass filtered |current| over the drive's current limit; what moves
 /// freely stays well below what is held back. The filter's time constant is one macrostep, so a
@@ -26,7 +26,7 @@ impl<const N: usize> EffortSensor<N> {
         }
     }
 
-    /// One servo step: r_j, the currents in mA.
+    /// One servo step: `r_j`, the currents in mA.
     pub fn aggregate(&mut self, current_ma: &[f64; N]) {
         let Self {
             limit_ma,
@@ -38,7 +38,7 @@ impl<const N: usize> EffortSensor<N> {
         }
     }
 
-    /// v_j
+    /// `v_j`
     #[must_use]
     pub const fn reading(&self) -> Sensors<N> {
         self.reading

@@ -34,7 +34,10 @@ fn knots_of_a_line_are_consistent() {
     let motors = robot.motors(&from).unwrap();
     let x = Input::<EcpOf<6>> {
         i: 0,
-        c0: Coordinator { says: Coordination::None, end_motion: false },
+        c0: Coordinator {
+            says: Coordination::None,
+            end_motion: false,
+        },
         e: EffectorImage {
             motors,
             joints: Some(from),
@@ -50,7 +53,9 @@ fn knots_of_a_line_are_consistent() {
     loop {
         match b.step(&x) {
             Step::Demand(Demand::Stay) => {}
-            Step::Demand(Demand::Joints(m)) => knots.push((m.position.0, m.velocity, m.acceleration)),
+            Step::Demand(Demand::Joints(m)) => {
+                knots.push((m.position.0, m.velocity, m.acceleration));
+            }
             Step::Done => break,
             other => panic!("{other:?}"),
         }
@@ -63,7 +68,10 @@ fn knots_of_a_line_are_consistent() {
             let quad = 0.5 * H * (v0[k] + v1[k]) + H * H / 12.0 * (a0[k] - a1[k]);
             // what is left is h³/24 of a change of jerk inside the interval, at most the whole jerk
             let jerk = limits.joints_anywhere[k].j;
-            assert!((dp - quad).abs() < H * H * H / 24.0 * 2.0 * jerk + 1e-12, "{k}: {dp} {quad}");
+            assert!(
+                (dp - quad).abs() < H * H * H / 24.0 * 2.0 * jerk + 1e-12,
+                "{k}: {dp} {quad}"
+            );
         }
     }
 }

@@ -207,9 +207,8 @@ impl Axis {
             _ if !follows => 0.0,
             ServoLaw::Original => {
                 // The increments since the last step and, in them, what was left of the error.
-                let per_increment = UNITS_PER_INCREMENT as f64;
-                let demanded = (units - previous) as f64 / per_increment;
-                let measured = self.original.measured(self.actual, per_increment);
+                let demanded = increments(units - previous);
+                let measured = increments(self.original.moved(self.actual));
                 self.constants
                     .original
                     .step(&mut self.original, demanded, measured)
@@ -249,6 +248,15 @@ impl Axis {
         self.master.set_goal(goal);
         self.master.next(status).0
     }
+}
+
+/// Encoder increments of a distance in drive units.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "the distance of one step is small"
+)]
+fn increments(units: i64) -> f64 {
+    units as f64 / UNITS_PER_INCREMENT as f64
 }
 
 /// The 32 bits of the drive's position.

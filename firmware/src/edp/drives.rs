@@ -45,6 +45,7 @@ pub const MASTER_HEARTBEAT: Micros = Micros::from_millis(100);
 
 impl<const N: usize> Drives<N> {
     /// Drives at these addresses, nothing known of them yet.
+    #[must_use]
     pub fn new(
         now: Micros,
         addresses: &[DriveAddress; N],
@@ -73,6 +74,7 @@ impl<const N: usize> Drives<N> {
     }
 
     /// The links, in axis order.
+    #[must_use]
     pub const fn links(&self) -> &[DriveLink; N] {
         &self.links
     }
@@ -129,6 +131,7 @@ impl<const N: usize> Drives<N> {
     }
 
     /// The first thing that is wrong with a drive, and with which.
+    #[must_use]
     pub fn fault(&self) -> Option<(usize, Cause)> {
         self.links
             .iter()

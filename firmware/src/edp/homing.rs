@@ -202,6 +202,7 @@ impl AxisHoming {
     ///
     /// # Errors
     /// The [`Cause`] that ends homing; the axis must then be stopped.
+    #[expect(clippy::too_many_lines, reason = "one arm per phase")]
     pub fn step(&mut self, inputs: Inputs, ts: f64) -> Result<Output, Cause> {
         let switch = self.debounce(inputs.switch);
         let HomingParameters {

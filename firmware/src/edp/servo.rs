@@ -53,14 +53,9 @@ impl OriginalState {
         }
     }
 
-    /// The measured increment since the last step, impulses of `per_increment` drive units.
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "an increment of one step is small"
-    )]
-    pub fn measured(&mut self, actual: i64, per_increment: f64) -> f64 {
-        let last = self.last_actual.replace(actual).unwrap_or(actual);
-        (actual - last) as f64 / per_increment
+    /// How far the axis has moved since the last step, drive units.
+    pub fn moved(&mut self, actual: i64) -> i64 {
+        actual - self.last_actual.replace(actual).unwrap_or(actual)
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
-use protocol::message::{Feedback, NodeState};
+use protocol::message::{Feedback, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
@@ -26,14 +26,18 @@ const PLOT_EVERY: u32 = 10;
 /// What is known of one robot.
 #[derive(Debug)]
 pub(crate) struct Watched {
-    pub(crate) name: String,
     pub(crate) arm: &'static dyn Arm,
     node: NodeId,
     t_world_base: Pose,
     t_flange_tool: Pose,
     pub(crate) segment: Segment,
     share: f64,
+    servo: ServoLaw,
+    /// The last two demands, newest first.
     setpoint: Option<PerAxis<f64>>,
+    setpoint_before: Option<PerAxis<f64>>,
+    /// The motor angles at the SYNC before.
+    motors_before: Vec<f64>,
     pub(crate) feedback: Option<Feedback>,
     pub(crate) following_error_rad: Vec<f64>,
     pub(crate) setpoint_error_m: Option<f64>,
@@ -47,14 +51,16 @@ impl Watched {
         let (config, arm) = (image.config(), image.arm());
         let axes = arm.axes().iter();
         Self {
-            name: config.name.clone(),
             arm,
+            servo: config.servo,
             node: config.node,
             t_world_base: config.t_world_base,
             t_flange_tool: config.t_flange_tool,
             segment: Segment::None,
             share: 0.0,
             setpoint: None,
+            setpoint_before: None,
+            motors_before: Vec::new(),
             feedback: None,
             following_error_rad: vec![0.0; arm.axes().len()],
             setpoint_error_m: None,
@@ -118,6 +124,18 @@ impl Watched {
         }
     }
 
+    /// A demand and the angles that belong to it, at SYNC n with angles `motors`: the latest demand
+    /// is of cycle n − 1. In csp the drive latches it at this SYNC and attains it at the next, so
+    /// these angles belong to the one before; in cst it was compared with the angles of SYNC n − 1.
+    fn pair(&self, motors: &[f64]) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
+        let (demand, angles) = match self.servo {
+            ServoLaw::DrivePosition => (&self.setpoint_before, motors),
+            ServoLaw::Original | ServoLaw::FeedForward => (&self.setpoint, &*self.motors_before),
+        };
+        let angles: PerAxis<f64> = angles.iter().copied().collect();
+        Some((demand.clone()?, angles)).filter(|(demand, angles)| demand.len() == angles.len())
+    }
+
     fn sample_plot(&mut self, at: Micros, motors: &[f64]) {
         if !self.homed() || self.plot.is_none() {
             return;
@@ -127,8 +145,8 @@ impl Watched {
             return;
         }
         self.since_plot = 0;
-        let setpoint = self.setpoint.clone().unwrap_or_else(|| motors.iter().copied().collect());
-        let (Ok(actual), Ok(wanted)) = (self.arm.joints(motors), self.arm.joints(&setpoint)) else {
+        let Some((setpoint, motors)) = self.pair(motors) else { return };
+        let (Ok(actual), Ok(wanted)) = (self.arm.joints(&motors), self.arm.joints(&setpoint)) else {
             return;
         };
         let (Some(tool), Some(wanted_tool)) = (self.tool(&actual), self.tool(&wanted)) else {
@@ -140,7 +158,7 @@ impl Watched {
             let at = |values: &[f64]| values.get(k).copied().unwrap_or(f64::NAN);
             axis.setpoint.push(at(&wanted));
             axis.actual.push(at(&actual));
-            axis.following_error_rad.push(at(&setpoint) - at(motors));
+            axis.following_error_rad.push(at(&setpoint) - at(&motors));
         }
         plot.tool_setpoint_m.push(wanted_tool.position.into());
         plot.tool_actual_m.push(tool.position.into());
@@ -249,6 +267,7 @@ impl Observers {
         match incoming.message {
             Message::DemandTrace(trace) => {
                 let axes = watched.arm.axes();
+                watched.setpoint_before = watched.setpoint.take();
                 watched.setpoint = motor_angles(axes, &trace.demand);
                 if watched.homed()
                     && let Some(setpoint) = watched.setpoint.clone()
@@ -313,5 +332,7 @@ impl Observer for Observers {
             raise(&mut watched.actual_error_m, deviation);
         }
         watched.sample_plot(Micros(at_ns / 1000), motor_rad);
+        watched.motors_before.clear();
+        watched.motors_before.extend_from_slice(motor_rad);
     }
 }

@@ -72,14 +72,7 @@ impl Reporter {
             return;
         }
         for checklist in run.checklists() {
-            let _ = write!(std::io::stderr(), "{checklist}");
-        }
-    }
-
-    /// The handshake as far as it came, when it failed.
-    pub(crate) fn failed(&mut self, run: &Run) {
-        if !self.quiet {
-            self.checklist(run);
+            let _ = writeln!(std::io::stderr(), "{checklist}");
         }
     }
 }

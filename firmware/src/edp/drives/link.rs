@@ -92,6 +92,7 @@ pub struct DriveLink {
 
 impl DriveLink {
     /// Nothing known yet.
+    #[must_use]
     pub fn new(now: Micros, address: DriveAddress, setup: AxisSetup) -> Self {
         Self {
             address,
@@ -115,56 +116,67 @@ impl DriveLink {
     }
 
     /// Where it is.
+    #[must_use]
     pub const fn address(&self) -> DriveAddress {
         self.address
     }
 
     /// Configured and in operation.
+    #[must_use]
     pub const fn is_ready(&self) -> bool {
         matches!(self.phase, Phase::Ready)
     }
 
     /// The latest process data.
+    #[must_use]
     pub const fn actual(&self) -> AxisActual {
         self.actual
     }
 
     /// Its statusword.
+    #[must_use]
     pub const fn statusword(&self) -> Statusword {
         Statusword(self.actual.statusword)
     }
 
     /// Its power state.
+    #[must_use]
     pub const fn state(&self) -> Option<PowerState> {
         Statusword(self.actual.statusword).state()
     }
 
     /// The home switch.
+    #[must_use]
     pub const fn home_switch(&self) -> bool {
         self.inputs & cia402::input::HOME != 0
     }
 
     /// The position latched at the index since it was armed, drive units.
+    #[must_use]
     pub const fn index(&self) -> Option<i32> {
         self.index
     }
 
     /// Rated torque, mN·m.
+    #[must_use]
     pub const fn rated_torque_mnm(&self) -> u32 {
         self.rated_torque_mnm
     }
 
     /// The mode of operation it has confirmed.
+    #[must_use]
     pub const fn mode(&self) -> i8 {
         self.mode
     }
 
     /// The last emergency message, if one is active.
+    #[must_use]
     pub const fn emergency(&self) -> Option<Emergency> {
         self.emergency
     }
 
     /// Is an acyclic task waiting or under way?
+    #[must_use]
     pub fn busy(&self) -> bool {
         self.task.is_some() || !matches!(self.acyclic, Acyclic::Idle | Acyclic::AwaitIndex)
     }
@@ -190,6 +202,7 @@ impl DriveLink {
     }
 
     /// What is wrong, if anything is.
+    #[must_use]
     pub fn fault(&self) -> Option<Cause> {
         match self.phase {
             Phase::Failed(cause) => Some(cause),
@@ -392,15 +405,16 @@ impl DriveLink {
                 let (index, sub) = *IDENTIFY.get(usize::from(*step))?;
                 self.sdo.upload(now, Address::new(index, sub)).ok()
             }
-            Phase::Configuring { script } => match script.next(id, &self.setup) {
-                Some(write) => self.sdo.download(now, write.at, write.value.data()).ok(),
-                None => {
+            Phase::Configuring { script } => {
+                if let Some(write) = script.next(id, &self.setup) {
+                    self.sdo.download(now, write.at, write.value.data()).ok()
+                } else {
                     tx(port, nmt::command_frame(nmt::Command::Start, target));
                     self.phase = Phase::Ready;
                     self.heartbeat = HeartbeatConsumer::new(now, id, HEARTBEAT_WINDOW);
                     None
                 }
-            },
+            }
             Phase::Ready => self.next_acyclic(now),
             Phase::Failed(_) => None,
         }

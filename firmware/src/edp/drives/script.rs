@@ -66,7 +66,7 @@ pub(super) enum Script {
 fn interpolation_period(period: Micros) -> (u8, i8) {
     let mut value = period.0;
     let mut exponent = -6_i8;
-    while value > 0 && value % 10 == 0 && exponent < 0 {
+    while value > 0 && value.is_multiple_of(10) && exponent < 0 {
         value /= 10;
         exponent += 1;
     }

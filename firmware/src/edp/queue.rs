@@ -1,0 +1,151 @@
+//! From the ECP's demands to knots of the set-point queue, and to rest.
+
+use super::Edp;
+use crate::ecp::{Demand, refusal};
+use motion::Knot;
+use motion::interpolator::PushError;
+use protocol::fault::{Quantity, Refusal};
+use protocol::message::NodeState;
+use protocol::time::Micros;
+use robots::{MotorMotion, Motors, Robot};
+
+impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
+    /// The demand of one macrostep becomes a knot of the set-point queue.
+    ///
+    /// # Errors
+    /// Why the knot was refused; nothing changed then.
+    pub fn demand(&mut self, now: Micros, demand: &Demand<N>) -> Result<(), Refusal> {
+        let (motion, at, has_acceleration) = match demand {
+            Demand::Stay => return Ok(()),
+            Demand::Refuse(refusal) => return Err(*refusal),
+            Demand::Motors(motion) => (*motion, None, true),
+            Demand::At {
+                at,
+                motion,
+                has_acceleration,
+            } => (*motion, Some(*at), *has_acceleration),
+            Demand::Joints(motion) => (self.motor_motion(motion)?, None, true),
+            Demand::JointsAt {
+                at,
+                motion,
+                has_acceleration,
+            } => (self.motor_motion(motion)?, Some(*at), *has_acceleration),
+        };
+        let macrostep = self.setup.macrostep;
+        let Some(interpolator) = &mut self.interpolator else {
+            return Err(Refusal::WrongState {
+                state: self.mode.into(),
+            });
+        };
+        let at = if interpolator.is_idle() {
+            // one macrostep of lead, so that the queue never runs dry between two of them
+            let start = match at {
+                Some(at) if at.since(now) > macrostep => Micros(at.0.saturating_sub(macrostep.0)),
+                Some(_) => now,
+                None => now + macrostep,
+            };
+            interpolator
+                .start(start.0)
+                .map_err(|_| Refusal::WrongState {
+                    state: self.mode.into(),
+                })?;
+            at.unwrap_or(start + macrostep)
+        } else {
+            at.unwrap_or(self.last_knot_at + macrostep)
+        };
+        let knot = Knot {
+            at_us: at.0,
+            position: motion.position.0,
+            velocity: motion.velocity,
+            acceleration: has_acceleration.then_some(motion.acceleration),
+        };
+        interpolator
+            .push(knot, now.0)
+            .map_err(|e| from_push(&e, self.mode.into()))?;
+        self.last_knot_at = at;
+        self.queue_end = motion.position;
+        Ok(())
+    }
+
+    pub(super) fn motor_motion(
+        &self,
+        motion: &robots::JointMotion<N>,
+    ) -> Result<MotorMotion<N>, Refusal> {
+        self.robot
+            .check_joints(&motion.position)
+            .map_err(|e| refusal::from_kinematics(&e))?;
+        self.robot
+            .motor_motion(motion)
+            .map_err(|e| refusal::from_kinematics(&e))
+    }
+
+    /// The instruction has ended, perhaps in the middle of a motion: come to rest on the path.
+    pub fn come_to_rest(&mut self) {
+        if let Some(interpolator) = &mut self.interpolator
+            && !interpolator.ends_at_rest()
+        {
+            interpolator.feed_hold();
+            self.coming_to_rest = true;
+        }
+    }
+
+    /// Have the set-points come to rest, with nothing left to do?
+    pub fn at_rest(&self, now: Micros) -> bool {
+        self.interpolator.as_ref().is_none_or(|interpolator| {
+            interpolator.is_at_rest()
+                && (self.coming_to_rest || interpolator.horizon_us(now.0) == 0)
+        })
+    }
+
+    /// Drop what is left of a path that was held or stopped.
+    pub fn flush(&mut self) {
+        if let Some(interpolator) = &mut self.interpolator
+            && interpolator.flush().is_ok()
+        {
+            interpolator.resume();
+            self.coming_to_rest = false;
+            self.queue_end = Motors(interpolator.setpoint().position);
+        }
+    }
+}
+
+fn from_push(error: &PushError, state: NodeState) -> Refusal {
+    let axis_of = |axis: usize| u8::try_from(axis).unwrap_or(u8::MAX);
+    match *error {
+        PushError::NotStarted | PushError::Stopped { .. } => Refusal::WrongState { state },
+        PushError::Full => Refusal::QueueFull,
+        PushError::NotMonotone { .. } => Refusal::NotMonotone,
+        PushError::Late { .. } => Refusal::Late,
+        PushError::NotFinite { axis } => Refusal::NotFinite {
+            index: axis_of(axis),
+        },
+        PushError::Limit {
+            axis,
+            quantity,
+            value,
+            limit,
+        } => Refusal::Limit {
+            axis: axis_of(axis),
+            quantity: match quantity {
+                motion::knot::Quantity::Position => Quantity::MotorPosition,
+                motion::knot::Quantity::Velocity => Quantity::Velocity,
+                motion::knot::Quantity::Acceleration => Quantity::Acceleration,
+                motion::knot::Quantity::Jerk => Quantity::Jerk,
+            },
+            value,
+            limit,
+        },
+        PushError::NoRoomToStop { axis, value, limit } => Refusal::Limit {
+            axis: axis_of(axis),
+            quantity: Quantity::MotorPosition,
+            value,
+            limit,
+        },
+        PushError::AccelerationStep { axis, value, limit } => Refusal::Limit {
+            axis: axis_of(axis),
+            quantity: Quantity::Acceleration,
+            value,
+            limit,
+        },
+    }
+}
