@@ -140,15 +140,6 @@ pub const fn drive_buses(kind: RobotKind) -> &'static [u8] {
     }
 }
 
-/// The number j of a robot's effector where nothing else is said: node and simulator agree on it.
-#[must_use]
-pub const fn default_effector(kind: RobotKind) -> u8 {
-    match kind {
-        RobotKind::Irp6Track => 1,
-        RobotKind::Irp6Postument => 2,
-    }
-}
-
 /// Drive buses of the IRp-6 on the track.
 pub const IRP6_TRACK_BUSES: [u8; 7] = [0, 0, 0, 0, 1, 1, 1];
 /// Drive buses of the IRp-6 on the postument.

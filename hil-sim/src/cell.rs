@@ -7,11 +7,10 @@
 use crate::plant::parameters::{RobotSetup, irp6_postument, irp6_track};
 use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
 use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
-use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
 use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
 use protocol::frame::Frame;
 use protocol::time::Micros;
-use robots::{Irp6Postument, Irp6Track, RobotKind};
+use robots::{Irp6Postument, Irp6Track, Robot, RobotKind};
 
 /// The tap of the MP on the MP wire.
 const MP_TAP: Tap = 0;
@@ -45,6 +44,16 @@ pub enum CellError {
         robot: RobotKind,
         /// What is wrong.
         source: ConfigError,
+    },
+    /// Not every axis was given a drive bus.
+    #[error("{robot}: expected a drive bus for each of {expected} axes, got {got}")]
+    Axes {
+        /// The robot.
+        robot: RobotKind,
+        /// Its axes.
+        expected: usize,
+        /// Drive buses given.
+        got: usize,
     },
     /// The simulated robot cannot be built.
     #[error("{robot}: {source}")]
@@ -93,25 +102,41 @@ impl Cell {
         }
     }
 
-    /// Add a robot with the node that every one of its kind has.
+    /// Add a robot with the node that every one of its kind has; `buses` says on which of its drive
+    /// buses each axis hangs (see [`firmware::process::drive_buses`]).
     ///
     /// # Errors
     /// [`CellError`]
-    pub fn add(&mut self, kind: RobotKind, station: &Station, seed: u64) -> Result<(), CellError> {
-        let now = Micros(self.now_ns / 1000);
-        let config = |source| CellError::Config { robot: kind, source };
+    pub fn add(
+        &mut self,
+        kind: RobotKind,
+        station: &Station,
+        buses: &[u8],
+        seed: u64,
+    ) -> Result<(), CellError> {
         match kind {
-            RobotKind::Irp6Track => {
-                let wiring = station.config(IRP6_TRACK_BUSES).map_err(config)?;
-                let node = Node::new(now, Irp6Track, wiring).map_err(config)?;
-                self.add_node(kind, Box::new(node), &wiring.drives, seed)
-            }
-            RobotKind::Irp6Postument => {
-                let wiring = station.config(IRP6_POSTUMENT_BUSES).map_err(config)?;
-                let node = Node::new(now, Irp6Postument, wiring).map_err(config)?;
-                self.add_node(kind, Box::new(node), &wiring.drives, seed)
-            }
+            RobotKind::Irp6Track => self.add_of(kind, Irp6Track, station, buses, seed),
+            RobotKind::Irp6Postument => self.add_of(kind, Irp6Postument, station, buses, seed),
         }
+    }
+
+    fn add_of<R, const N: usize>(
+        &mut self,
+        kind: RobotKind,
+        robot: R,
+        station: &Station,
+        buses: &[u8],
+        seed: u64,
+    ) -> Result<(), CellError>
+    where
+        R: Robot<N> + Copy + core::fmt::Debug + Send + 'static,
+    {
+        let wrong = |source| CellError::Config { robot: kind, source };
+        let buses = <[u8; N]>::try_from(buses)
+            .map_err(|_| CellError::Axes { robot: kind, expected: N, got: buses.len() })?;
+        let wiring = station.config(buses).map_err(wrong)?;
+        let node = Node::new(self.now(), robot, wiring).map_err(wrong)?;
+        self.add_node(kind, Box::new(node), &wiring.drives, seed)
     }
 
     /// Add a robot with a node of one's own, for instance one with programs linked in.

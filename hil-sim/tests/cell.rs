@@ -2,6 +2,7 @@
 
 use bus::wire::Kind;
 use firmware::Station;
+use firmware::process::drive_buses;
 use hil_sim::cell::{Cell, Observer};
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
@@ -39,7 +40,7 @@ impl Coordinator {
             velocity_factor: 0.2,
             one_wire: false,
         };
-        cell.add(kind, &station, 1).unwrap();
+        cell.add(kind, &station, drive_buses(kind), 1).unwrap();
         let link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
         Self { cell, link, epoch: 0, sequence: 0, feedback: None, reply: None, next_id: 0 }
     }

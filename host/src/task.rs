@@ -308,9 +308,10 @@ impl Task {
         };
         let (velocity, acceleration) = speed.map_or(default, |speed| (speed, speed));
         let mut task = Self::homing(&[kind]);
+        task.title = format!("move {kind}");
         let moves = vec![Move { robot: 0, target, velocity, acceleration }];
         task.steps.push(Step {
-            name: format!("move {kind}"),
+            name: task.title.clone(),
             line: 0,
             action: Action::Move { moves },
         });

@@ -24,6 +24,16 @@ impl RobotKind {
         }
     }
 
+    /// The number j of its effector E_j where nothing else is said: nodes, simulators and
+    /// coordinators agree on it.
+    #[must_use]
+    pub const fn effector(self) -> u8 {
+        match self {
+            Self::Irp6Track => 1,
+            Self::Irp6Postument => 2,
+        }
+    }
+
     /// How many axes it has.
     #[must_use]
     pub const fn axes(self) -> usize {

@@ -3,7 +3,6 @@
 use crate::exit::{self, End};
 use bus::spec::BusSpec;
 use clap::{Parser, ValueEnum};
-use firmware::process::default_effector;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use robots::RobotKind;
@@ -108,7 +107,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         }
         Err(error) => return Err(usage(format!("--bus: {error}"))),
     };
-    let effector = raw.effector.unwrap_or(default_effector(robot));
+    let effector = raw.effector.unwrap_or(robot.effector());
     if effector == 0 || NodeId::effector(effector).is_none() {
         return Err(usage(format!(
             "--effector: not an effector's number (expected 1 to {}, got {effector})",

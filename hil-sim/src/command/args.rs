@@ -3,7 +3,6 @@
 use super::exit::{self, End};
 use bus::spec::BusSpec;
 use clap::Parser;
-use firmware::process::default_effector;
 use robots::RobotKind;
 use std::ffi::OsString;
 
@@ -88,7 +87,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     let mut numbers = raw.effector.iter().copied();
     for name in &raw.robots {
         let kind = RobotKind::from_name(name).map_err(|error| usage(error.to_string()))?;
-        let number = numbers.next().unwrap_or(default_effector(kind));
+        let number = numbers.next().unwrap_or(kind.effector());
         if number == 0 {
             return Err(usage(
                 "--effector: expected numbers from 1 on, got 0".into(),

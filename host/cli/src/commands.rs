@@ -1,8 +1,8 @@
 //! The command line: subcommands in the field's words.
 
 use crate::kin::Kin;
-use crate::run::{Finished, Options, catch_interrupt, run};
 use crate::monitor;
+use crate::run::{Finished, Options, catch_interrupt, run};
 use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Reach};
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -102,7 +102,10 @@ impl Common {
         let Finished { summary, exit_code } = run(task, path, &self.options())?;
         let mut out = std::io::stdout().lock();
         let text = if self.json {
-            summary.to_json().map_err(|e| Error::Internal(e.to_string()))? + "\n"
+            summary
+                .to_json()
+                .map_err(|e| Error::Internal(e.to_string()))?
+                + "\n"
         } else {
             summary.to_string()
         };
@@ -224,8 +227,11 @@ impl Cli {
         match self.command {
             Command::Run(args) => args.run(),
             Command::Home(args) => {
-                let kinds =
-                    args.robots.iter().map(|n| robot(n)).collect::<Result<Vec<_>, _>>()?;
+                let kinds = args
+                    .robots
+                    .iter()
+                    .map(|n| robot(n))
+                    .collect::<Result<Vec<_>, _>>()?;
                 args.common.run(Task::homing(&kinds), None)
             }
             Command::Move(args) => args.run(),
@@ -257,7 +263,10 @@ impl Cli {
 
 impl RunArgs {
     fn run(self) -> Result<u8, Error> {
-        let extension = self.file.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let extension = self
+            .file
+            .extension()
+            .map(|e| e.to_string_lossy().to_lowercase());
         let task = match (extension.as_deref(), &self.robot) {
             (Some("trj"), Some(name)) => Task::replay(&self.file, robot(name)?)?,
             (Some("trj"), None) => {
@@ -284,8 +293,14 @@ impl MoveArgs {
     fn run(self) -> Result<u8, Error> {
         let kind = robot(&self.robot)?;
         let target = match self.target {
-            MoveTarget { joints: Some(values), .. } => task::MoveTarget::Joints(values),
-            MoveTarget { motors: Some(values), .. } => task::MoveTarget::Motors(values),
+            MoveTarget {
+                joints: Some(values),
+                ..
+            } => task::MoveTarget::Joints(values),
+            MoveTarget {
+                motors: Some(values),
+                ..
+            } => task::MoveTarget::Motors(values),
             MoveTarget { pose, .. } => task::MoveTarget::Pose(pose.unwrap_or_default()),
         };
         let task = Task::single_move(kind, target, self.relative, self.speed)?;
@@ -295,7 +310,9 @@ impl MoveArgs {
 
 /// The census of both levels.
 fn inhabitants() -> Vec<(Class, &'static str)> {
-    let nodes = firmware::ecp::census::ECP.iter().map(|i: &Inhabitant| (i.class, i.name));
+    let nodes = firmware::ecp::census::ECP
+        .iter()
+        .map(|i: &Inhabitant| (i.class, i.name));
     nodes.chain(host::mp::census::census()).collect()
 }
 
@@ -303,7 +320,10 @@ fn classes(json: bool) -> Result<u8, Error> {
     let inhabitants = inhabitants();
     let mut out = std::io::stdout().lock();
     let rows = Class::all().map(|class| {
-        let names = inhabitants.iter().filter(|(c, _)| *c == class).map(|(_, name)| *name);
+        let names = inhabitants
+            .iter()
+            .filter(|(c, _)| *c == class)
+            .map(|(_, name)| *name);
         (class, names.collect::<Vec<_>>())
     });
     let mut empty = 0;
@@ -342,7 +362,10 @@ mod test {
     fn every_class_is_inhabited() {
         let inhabitants = inhabitants();
         for class in Class::all() {
-            assert!(inhabitants.iter().any(|(c, _)| *c == class), "{class} has no inhabitant");
+            assert!(
+                inhabitants.iter().any(|(c, _)| *c == class),
+                "{class} has no inhabitant"
+            );
         }
         assert_eq!(Class::all().count(), 5 + 8 + 4 + 8);
     }
@@ -350,9 +373,26 @@ mod test {
     #[test]
     fn bad_arguments_are_told() {
         for (arguments, word) in [
-            (&["mrroc", "run", "x.toml", "--bus", "wire"][..], "unknown bus"),
-            (&["mrroc", "move", "irp6-track", "--joints", "1,nan"], "finite"),
-            (&["mrroc", "move", "irp6-track", "--joints", "1", "--speed", "-1"], "above 0"),
+            (
+                &["mrroc", "run", "x.toml", "--bus", "wire"][..],
+                "unknown bus",
+            ),
+            (
+                &["mrroc", "move", "irp6-track", "--joints", "1,nan"],
+                "finite",
+            ),
+            (
+                &[
+                    "mrroc",
+                    "move",
+                    "irp6-track",
+                    "--joints",
+                    "1",
+                    "--speed",
+                    "-1",
+                ],
+                "above 0",
+            ),
             (&["mrroc", "move", "irp6-track"], "required"),
             (&["mrroc", "stop", "--kind", "slow"], "torque-off"),
         ] {

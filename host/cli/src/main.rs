@@ -21,7 +21,11 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { host::error::exit::USAGE } else { 0 });
+            return ExitCode::from(if error.use_stderr() {
+                host::error::exit::USAGE
+            } else {
+                0
+            });
         }
     };
     match cli.run() {

@@ -67,12 +67,23 @@ impl Monitor {
                 continue;
             }
             next = next + REFRESH;
-            let text = if self.json { json(&nodes) } else { table(&nodes) };
+            let text = if self.json {
+                json(&nodes)
+            } else {
+                table(&nodes)
+            };
             let mut out = std::io::stdout().lock();
-            let up = if terminal && drawn > 0 { format!("\x1b[{drawn}A\x1b[J") } else { String::new() };
+            let up = if terminal && drawn > 0 {
+                format!("\x1b[{drawn}A\x1b[J")
+            } else {
+                String::new()
+            };
             drawn = text.lines().count();
             // a reader that has gone away ends the watch
-            if write!(out, "{up}{text}").and_then(|()| out.flush()).is_err() {
+            if write!(out, "{up}{text}")
+                .and_then(|()| out.flush())
+                .is_err()
+            {
                 break;
             }
         }
@@ -98,12 +109,17 @@ fn listen(
     until: Micros,
 ) -> Result<(), Error> {
     while let Some(received) = bus.receive().map_err(crate::world::bus_error)? {
-        let Some(incoming) = link.receive(&received.frame, received.at) else { continue };
+        let Some(incoming) = link.receive(&received.frame, received.at) else {
+            continue;
+        };
         let heard = nodes.entry(incoming.from.get()).or_default();
         heard.at = received.at;
         match incoming.message {
             Message::Feedback(feedback) => heard.feedback = Some(feedback),
-            Message::Reply { reply: protocol::message::Reply::Identity(identity), .. }
+            Message::Reply {
+                reply: protocol::message::Reply::Identity(identity),
+                ..
+            }
             | Message::Event(protocol::message::Event::Announce(identity)) => {
                 heard.name = identity.robot.as_str().into();
                 heard.arm = RobotKind::from_name(&identity.robot).ok().map(arm);
@@ -117,7 +133,12 @@ fn listen(
 /// The robot of a feedback whose node has not said its name: known by its number of axes.
 fn kind_of(heard: &Heard) -> Option<&'static dyn Arm> {
     let axes = heard.feedback.as_ref()?.actual.len();
-    heard.arm.or_else(|| RobotKind::ALL.into_iter().find(|k| k.axes() == axes).map(arm))
+    heard.arm.or_else(|| {
+        RobotKind::ALL
+            .into_iter()
+            .find(|k| k.axes() == axes)
+            .map(arm)
+    })
 }
 
 fn joints(heard: &Heard) -> Option<Vec<f64>> {
@@ -131,18 +152,33 @@ fn joints(heard: &Heard) -> Option<Vec<f64>> {
 }
 
 fn table(nodes: &BTreeMap<u8, Heard>) -> String {
-    let mut text = format!("{:>4}  {:<16} {:<15} joints / fault\n", "node", "robot", "state");
+    let mut text = format!(
+        "{:>4}  {:<16} {:<15} joints / fault\n",
+        "node", "robot", "state"
+    );
     for (id, heard) in nodes {
-        let Some(feedback) = &heard.feedback else { continue };
+        let Some(feedback) = &heard.feedback else {
+            continue;
+        };
         let name = kind_of(heard).map_or(heard.name.as_str(), |arm| arm.kind().name());
         let silent = bus::now().since(heard.at) > SILENT;
-        let state =
-            if silent { "(silent)".to_owned() } else { format!("{:?}", feedback.state) };
+        let state = if silent {
+            "(silent)".to_owned()
+        } else {
+            format!("{:?}", feedback.state)
+        };
         let joints = joints(heard).map_or_else(
             || "not homed".to_owned(),
-            |q| q.iter().map(|q| format!("{q:8.4}")).collect::<Vec<_>>().join(" "),
+            |q| {
+                q.iter()
+                    .map(|q| format!("{q:8.4}"))
+                    .collect::<Vec<_>>()
+                    .join(" ")
+            },
         );
-        let fault = feedback.fault.map_or_else(String::new, |f| format!("  {}", fault_text(&f)));
+        let fault = feedback
+            .fault
+            .map_or_else(String::new, |f| format!("  {}", fault_text(&f)));
         text += &format!("{id:>4}  {name:<16} {state:<15} {joints}{fault}\n");
     }
     text
@@ -151,7 +187,9 @@ fn table(nodes: &BTreeMap<u8, Heard>) -> String {
 fn json(nodes: &BTreeMap<u8, Heard>) -> String {
     let mut text = String::new();
     for (id, heard) in nodes {
-        let Some(feedback) = &heard.feedback else { continue };
+        let Some(feedback) = &heard.feedback else {
+            continue;
+        };
         let value = serde_json::json!({
             "node": id,
             "robot": kind_of(heard).map(|arm| arm.kind().name()),
@@ -185,7 +223,10 @@ pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
     let deadline = bus::now() + STOP_PATIENCE;
     let moving = |heard: &Heard| {
         use protocol::message::NodeState::{Moving, Stopping, Synchronising};
-        heard.feedback.as_ref().is_none_or(|f| matches!(f.state, Moving | Stopping | Synchronising))
+        heard
+            .feedback
+            .as_ref()
+            .is_none_or(|f| matches!(f.state, Moving | Stopping | Synchronising))
     };
     loop {
         listen(&mut *bus, &mut link, &mut nodes, bus::now() + REFRESH)?;
@@ -197,11 +238,14 @@ pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
         if bus::now() > deadline {
             return Err(Error::Bus {
                 bus: spec.to_string(),
-                reason: format!("stop was sent, but {} (expected nodes at rest)", if heard == 0 {
-                    "no node is heard".to_owned()
-                } else {
-                    format!("{heard} nodes are heard and some still move")
-                }),
+                reason: format!(
+                    "stop was sent, but {} (expected nodes at rest)",
+                    if heard == 0 {
+                        "no node is heard".to_owned()
+                    } else {
+                        format!("{heard} nodes are heard and some still move")
+                    }
+                ),
             });
         }
     }

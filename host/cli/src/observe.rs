@@ -84,7 +84,9 @@ impl Watched {
 
     fn homed(&self) -> bool {
         let all = (1_u16 << self.arm.axes().len()) - 1;
-        self.feedback.as_ref().is_some_and(|f| u16::from(f.synchronised) & all == all)
+        self.feedback
+            .as_ref()
+            .is_some_and(|f| u16::from(f.synchronised) & all == all)
     }
 
     fn tool(&self, joints: &[f64]) -> Option<Pose> {
@@ -111,7 +113,11 @@ impl Watched {
                 let (from, to) = (from.position, to.position);
                 let way = to - from;
                 let square = way.dot(&way);
-                let s = if square > 0.0 { within_unit((at - from).dot(&way) / square) } else { 0.0 };
+                let s = if square > 0.0 {
+                    within_unit((at - from).dot(&way) / square)
+                } else {
+                    0.0
+                };
                 Some(distance(&at, &(from + way * s)))
             }
             Segment::Carry { start, tight } => {
@@ -145,8 +151,11 @@ impl Watched {
             return;
         }
         self.since_plot = 0;
-        let Some((setpoint, motors)) = self.pair(motors) else { return };
-        let (Ok(actual), Ok(wanted)) = (self.arm.joints(&motors), self.arm.joints(&setpoint)) else {
+        let Some((setpoint, motors)) = self.pair(motors) else {
+            return;
+        };
+        let (Ok(actual), Ok(wanted)) = (self.arm.joints(&motors), self.arm.joints(&setpoint))
+        else {
             return;
         };
         let (Some(tool), Some(wanted_tool)) = (self.tool(&actual), self.tool(&wanted)) else {
@@ -172,7 +181,11 @@ fn project(from: &[f64], to: &[f64], at: &[f64]) -> PerAxis<f64> {
         along += (q - a) * (b - a);
         square += (b - a) * (b - a);
     }
-    let s = if square > 0.0 { within_unit(along / square) } else { 0.0 };
+    let s = if square > 0.0 {
+        within_unit(along / square)
+    } else {
+        0.0
+    };
     from.iter().zip(to).map(|(a, b)| a + s * (b - a)).collect()
 }
 
@@ -236,15 +249,25 @@ impl Observers {
     ) -> Result<Self, Error> {
         let recorder = record
             .map(|path| {
-                let file = File::create(path)
-                    .map_err(|source| Error::Create { path: path.into(), source })?;
+                let file = File::create(path).map_err(|source| Error::Create {
+                    path: path.into(),
+                    source,
+                })?;
                 let writer = candump::Writer::new(BufWriter::new(file));
-                Ok::<_, Error>(Recorder { path: path.into(), names, writer, failed: None })
+                Ok::<_, Error>(Recorder {
+                    path: path.into(),
+                    names,
+                    writer,
+                    failed: None,
+                })
             })
             .transpose()?;
         Ok(Self {
             link: Endpoint::new(NodeId::MP, Role::Observer, Mtu::Fd),
-            robots: images.iter().map(|image| Watched::new(image, plot)).collect(),
+            robots: images
+                .iter()
+                .map(|image| Watched::new(image, plot))
+                .collect(),
             recorder,
         })
     }
@@ -261,9 +284,13 @@ impl Observers {
 
     /// A frame of the MP's bus.
     pub(crate) fn mp_frame(&mut self, at: Micros, frame: &Frame) {
-        let Some(incoming) = self.link.receive(frame, at) else { return };
+        let Some(incoming) = self.link.receive(frame, at) else {
+            return;
+        };
         let from = incoming.from;
-        let Some(watched) = self.robots.iter_mut().find(|w| w.node == from) else { return };
+        let Some(watched) = self.robots.iter_mut().find(|w| w.node == from) else {
+            return;
+        };
         match incoming.message {
             Message::DemandTrace(trace) => {
                 let axes = watched.arm.axes();
@@ -293,18 +320,31 @@ impl Observers {
 
     /// Finish the record.
     pub(crate) fn close(&mut self) -> Result<(), Error> {
-        let Some(mut recorder) = self.recorder.take() else { return Ok(()) };
+        let Some(mut recorder) = self.recorder.take() else {
+            return Ok(());
+        };
         let flushed = recorder.writer.flush();
         match recorder.failed.take().map_or(flushed, Err) {
             Ok(()) => Ok(()),
-            Err(source) => Err(Error::Write { path: recorder.path, source }),
+            Err(source) => Err(Error::Write {
+                path: recorder.path,
+                source,
+            }),
         }
     }
 
     /// What can be drawn.
     pub(crate) fn plot(&mut self, title: String, steps: Vec<StepMark>) -> PlotData {
-        let robots = self.robots.iter_mut().filter_map(|w| w.plot.take()).collect();
-        PlotData { title, robots, steps }
+        let robots = self
+            .robots
+            .iter_mut()
+            .filter_map(|w| w.plot.take())
+            .collect();
+        PlotData {
+            title,
+            robots,
+            steps,
+        }
     }
 }
 
@@ -323,9 +363,14 @@ impl Observer for Observers {
     }
 
     fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
-        let Some(watched) = self.robots.get_mut(station) else { return };
+        let Some(watched) = self.robots.get_mut(station) else {
+            return;
+        };
         let moving = watched.feedback.as_ref().is_some_and(|f| {
-            matches!(f.state, NodeState::Moving | NodeState::Holding | NodeState::Stopping)
+            matches!(
+                f.state,
+                NodeState::Moving | NodeState::Holding | NodeState::Stopping
+            )
         });
         if moving && watched.homed() {
             let deviation = watched.deviation(motor_rad);

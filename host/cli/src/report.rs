@@ -17,7 +17,11 @@ pub(crate) struct Reporter {
 
 impl Reporter {
     pub(crate) fn new(quiet: bool) -> Self {
-        Self { quiet, terminal: std::io::stderr().is_terminal(), checklist_shown: false }
+        Self {
+            quiet,
+            terminal: std::io::stderr().is_terminal(),
+            checklist_shown: false,
+        }
     }
 
     fn line(&self, now: Micros, text: &str) {
@@ -30,7 +34,10 @@ impl Reporter {
             return;
         }
         let name = |robot: usize| {
-            run.mp().robots().get(robot).map_or("?", |image| image.config().name.as_str())
+            run.mp()
+                .robots()
+                .get(robot)
+                .map_or("?", |image| image.config().name.as_str())
         };
         match progress {
             Progress::Ready => {
@@ -39,17 +46,24 @@ impl Reporter {
             Progress::StepBegan { step, of, name } => {
                 self.line(now, &format!("step {step}/{of}: {name}"));
             }
-            Progress::Node { robot, node, of, .. } if *of > 1 => {
+            Progress::Node {
+                robot, node, of, ..
+            } if *of > 1 => {
                 self.line(now, &format!("    {}: node {node}/{of}", name(*robot)));
             }
             Progress::AtRest => self.line(now, "at rest"),
             Progress::Robot(event) => match &event.what {
                 What::Homing { robot, axis, phase } => {
                     let axes = run.mp().robots().get(*robot).map(|i| i.arm().axes());
-                    let axis = axes.and_then(|a| a.get(usize::from(*axis))).map_or("?", |a| a.name);
+                    let axis = axes
+                        .and_then(|a| a.get(usize::from(*axis)))
+                        .map_or("?", |a| a.name);
                     // the phases in between are for terminals, where lines are cheap to read
                     if *phase == HomingPhase::Done || self.terminal {
-                        self.line(now, &format!("    {}: {axis}: {}", name(*robot), homing(*phase)));
+                        self.line(
+                            now,
+                            &format!("    {}: {axis}: {}", name(*robot), homing(*phase)),
+                        );
                     }
                 }
                 What::Fault { robot, fault } => {

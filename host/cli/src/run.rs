@@ -9,6 +9,7 @@ use host::plot::{self, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
 use host::summary::{BusSummary, MachinePart, RobotSummary, StepSummary, Summary};
 use host::task::{Cell, Task};
+use protocol::id::NodeId;
 use protocol::message::{ServoLaw, StopKind};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -52,9 +53,14 @@ pub(crate) struct Finished {
 const MACROSTEP: Micros = Micros::from_millis(20);
 
 /// Connect to the robots of a cell.
-pub(crate) fn connect(cell: &Cell, seed: u64, options: &Options) -> Result<Box<dyn World>, Error> {
+fn connect(
+    cell: &Cell,
+    nodes: &[NodeId],
+    seed: u64,
+    options: &Options,
+) -> Result<Box<dyn World>, Error> {
     Ok(match &options.bus {
-        BusSpec::Virtual => Box::new(Virtual::new(cell, seed, options.realtime)?),
+        BusSpec::Virtual => Box::new(Virtual::new(cell, nodes, seed, options.realtime)?),
         spec => Box::new(Remote::connect(spec)?),
     })
 }
@@ -71,7 +77,8 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         config.mtu = Mtu::Classic;
     }
     config.trace_every = u16::from(config.mtu == Mtu::Fd);
-    let mut world = connect(&cell, seed, options)?;
+    let nodes: Vec<NodeId> = config.robots.iter().map(|robot| robot.node).collect();
+    let mut world = connect(&cell, &nodes, seed, options)?;
     let nonce = u32::try_from(seed & 0xFFFF_FFFF).unwrap_or(0);
     let mut run = Run::new(task, path.map(Path::to_owned), config, nonce)
         .map_err(|e| Error::Internal(e.to_string()))?;
@@ -84,16 +91,21 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let begun = world.now();
     let mut log = StepLog::default();
     let mut faults = vec![0_u64; run.mp().robots().len()];
-    let outcome = couple(&mut *world, &mut run, &mut observers, |run, now, progress| {
-        log.note(now, progress);
-        reporter.progress(run, now, progress);
-        if let Progress::Robot(event) = progress
-            && let host::mp::event::What::Fault { robot, .. } = event.what
-            && let Some(count) = faults.get_mut(robot)
-        {
-            *count += 1;
-        }
-    });
+    let outcome = couple(
+        &mut *world,
+        &mut run,
+        &mut observers,
+        |run, now, progress| {
+            log.note(now, progress);
+            reporter.progress(run, now, progress);
+            if let Progress::Robot(event) = progress
+                && let host::mp::event::What::Fault { robot, .. } = event.what
+                && let Some(count) = faults.get_mut(robot)
+            {
+                *count += 1;
+            }
+        },
+    );
     observers.close()?;
     let failure = outcome?;
     let duration_s = world.now().since(begun).as_secs_f64();
@@ -114,7 +126,10 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         buses: buses(&*world, duration_s),
         steps: log.finish(world.now(), failure.is_none()),
     };
-    Ok(Finished { summary, exit_code: failure.map_or(exit::OK, |e| e.exit_code()) })
+    Ok(Finished {
+        summary,
+        exit_code: failure.map_or(exit::OK, |e| e.exit_code()),
+    })
 }
 
 /// Couple the run with the world until it ends; Ctrl-C stops it on the path.

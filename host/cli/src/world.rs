@@ -10,6 +10,7 @@ use hil_sim::cell::{Cell as SimCell, CellError};
 use host::error::Error;
 use host::task::{BusKind, Cell};
 use protocol::frame::Frame;
+use protocol::id::NodeId;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use std::time::{Duration, Instant};
@@ -45,13 +46,23 @@ pub(crate) struct Virtual {
 
 impl Virtual {
     /// The cell of a task, simulated; `realtime` paces it by the wall clock.
-    pub(crate) fn new(cell: &Cell, seed: u64, realtime: bool) -> Result<Self, Error> {
+    ///
+    /// The nodes have the numbers by which the MP knows them.
+    pub(crate) fn new(
+        cell: &Cell,
+        nodes: &[NodeId],
+        seed: u64,
+        realtime: bool,
+    ) -> Result<Self, Error> {
         let mut names = Vec::new();
         let mut kind = Kind::Fd;
         let mut mp = None;
         for robot in &cell.robots {
             let spec = cell.buses.get(robot.mp_bus);
-            if mp.replace(robot.mp_bus).is_some_and(|other| other != robot.mp_bus) {
+            if mp
+                .replace(robot.mp_bus)
+                .is_some_and(|other| other != robot.mp_bus)
+            {
                 return Err(internal(&"the simulated cell has one bus towards the MP"));
             }
             if let Some(spec) = spec {
@@ -62,11 +73,16 @@ impl Virtual {
             }
         }
         let mut sim = SimCell::new(kind);
-        let mtu = if kind == Kind::Fd { Mtu::Fd } else { Mtu::Classic };
-        for (k, robot) in cell.robots.iter().enumerate() {
+        let mtu = if kind == Kind::Fd {
+            Mtu::Fd
+        } else {
+            Mtu::Classic
+        };
+        for (node, robot) in nodes.iter().zip(&cell.robots) {
+            let effector = node.get().saturating_sub(NodeId::EFFECTOR_BASE);
             let station = Station {
-                effector: u8::try_from(k + 1).unwrap_or(u8::MAX),
-                unique_id: seed.wrapping_mul(1000).wrapping_add(k as u64),
+                effector,
+                unique_id: seed.wrapping_mul(1000).wrapping_add(u64::from(effector)),
                 mtu,
                 law: robot.servo,
                 velocity_factor: robot.velocity_factor,
@@ -74,16 +90,25 @@ impl Virtual {
             };
             let mut buses = vec![0_u8; robot.axes()];
             for (number, group) in robot.drives.iter().enumerate() {
-                names.push(cell.buses.get(group.bus).map_or_else(String::new, |b| b.name.clone()));
+                names.push(
+                    cell.buses
+                        .get(group.bus)
+                        .map_or_else(String::new, |b| b.name.clone()),
+                );
                 for axis in &group.axes {
                     if let Some(bus) = buses.get_mut(*axis) {
                         *bus = u8::try_from(number).unwrap_or(u8::MAX);
                     }
                 }
             }
-            sim.add(robot.kind, &station, &buses, seed).map_err(|e: CellError| internal(&e))?;
+            sim.add(robot.kind, &station, &buses, seed)
+                .map_err(|e: CellError| internal(&e))?;
         }
-        Ok(Self { cell: sim, names, pace: realtime.then(Instant::now) })
+        Ok(Self {
+            cell: sim,
+            names,
+            pace: realtime.then(Instant::now),
+        })
     }
 }
 
@@ -117,13 +142,20 @@ impl World for Virtual {
             }
         }
         match self.cell.refused().first() {
-            Some(error) => Err(Error::Bus { bus: "virtual".into(), reason: error.to_string() }),
+            Some(error) => Err(Error::Bus {
+                bus: "virtual".into(),
+                reason: error.to_string(),
+            }),
             None => Ok(()),
         }
     }
 
     fn buses(&self) -> Vec<(String, Statistics)> {
-        self.names.iter().cloned().zip(self.cell.statistics()).collect()
+        self.names
+            .iter()
+            .cloned()
+            .zip(self.cell.statistics())
+            .collect()
     }
 
     fn knows_mechanics(&self) -> bool {
@@ -141,7 +173,11 @@ pub(crate) struct Remote {
 impl Remote {
     /// Connect to the MP's bus.
     pub(crate) fn connect(spec: &BusSpec) -> Result<Self, Error> {
-        Ok(Self { bus: open_bus(spec)?, name: spec.to_string(), frames: 0 })
+        Ok(Self {
+            bus: open_bus(spec)?,
+            name: spec.to_string(),
+            frames: 0,
+        })
     }
 }
 
@@ -160,7 +196,9 @@ pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
 
 #[cfg(target_os = "linux")]
 fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
-    Ok(Box::new(bus::socketcan::SocketCan::open(interface).map_err(bus_error)?))
+    Ok(Box::new(
+        bus::socketcan::SocketCan::open(interface).map_err(bus_error)?,
+    ))
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -174,7 +212,10 @@ fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
 pub(crate) fn bus_error(error: BusError) -> Error {
     let text = error.to_string();
     let (bus, reason) = text.split_once(": ").unwrap_or(("bus", &text));
-    Error::Bus { bus: bus.into(), reason: reason.into() }
+    Error::Bus {
+        bus: bus.into(),
+        reason: reason.into(),
+    }
 }
 
 impl World for Remote {
@@ -207,7 +248,10 @@ impl World for Remote {
     }
 
     fn buses(&self) -> Vec<(String, Statistics)> {
-        let statistics = Statistics { frames: self.frames, ..Statistics::default() };
+        let statistics = Statistics {
+            frames: self.frames,
+            ..Statistics::default()
+        };
         vec![(self.name.clone(), statistics)]
     }
 
