@@ -1,2 +1,16 @@
-//! Under construction.
+//! What every example runs on: a Master Process and a simulated cell on one virtual clock.
+//!
+//! | item | one line |
+//! |---|---|
+//! | [`Arm`] | a simulated arm whose node has programs of the user linked in |
+//! | [`World`] | arms, their drives and mechanics, the buses, and the Master Process |
+//! | [`nod()`] | a motion as a function of time, for the first two examples |
+//!
+//! The examples themselves are in `examples/examples`, numbered, smallest first.
 #![forbid(unsafe_code)]
+
+mod nod;
+mod world;
+
+pub use nod::{DURATION_S, nod};
+pub use world::{Arm, World};

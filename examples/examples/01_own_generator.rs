@@ -1,0 +1,126 @@
+//! A generator and a condition of one's own, linked into the node of an arm.
+//!
+//! The IRp-6 nods its wrist when nothing presses against it. Both functions run on the node, once
+//! per macrostep of 20 ms; the Master Process only says: begin.
+
+use agent::args::{E, F, V};
+use agent::{Behaviour, Class, Condition, Generator, Input, Move, Step, Then, Wait, X};
+use anyhow::Result;
+use firmware::ecp::{Demand, EcpOf, Programs};
+use host::mp::behaviour::{sequence, start_programs};
+use host::mp::condition::AllDone;
+use mrroc_examples::{Arm, DURATION_S, World, nod};
+use protocol::fault::Refusal;
+use robots::{JointMotion, Joints};
+
+/// The joint that nods: T, which tilts the wrist.
+pub(crate) const WRIST: usize = 3;
+/// A macrostep, s.
+const STEP_S: f64 = 0.02;
+
+/// `f_I^1(c_j, v_j)`: no motor needs half its current limit, so nothing presses.
+#[derive(Debug)]
+struct Untouched;
+
+impl Condition<EcpOf<6>> for Untouched {
+    type Args = F<(), (), V>;
+
+    fn holds(&self, x: X<'_, EcpOf<6>, Self::Args>) -> bool {
+        x.v().effort.iter().all(|effort| *effort < 0.5)
+    }
+}
+
+/// `f^2(c_j, e_j)`: nod from wherever the arm stands.
+#[derive(Debug)]
+struct Nod;
+
+/// `c_j`: where it began, and how many macrosteps it has demanded.
+type Own = (Option<Joints<6>>, u32);
+
+impl Generator<EcpOf<6>> for Nod {
+    type Own = Own;
+    type Args = F<(), E, ()>;
+
+    fn first(&self, x: X<'_, EcpOf<6>, Self::Args>) -> (Own, Demand<6>) {
+        let mut c = (x.e().demanded_joints, 0);
+        let y = self.next(&mut c, x);
+        (c, y)
+    }
+
+    fn next(&self, (from, i): &mut Own, _: X<'_, EcpOf<6>, Self::Args>) -> Demand<6> {
+        let Some(Joints(mut position)) = *from else {
+            return Demand::Refuse(Refusal::NotSynchronised);
+        };
+        *i += 1;
+        let (mut velocity, mut acceleration) = ([0.0; 6], [0.0; 6]);
+        let [p, v, a] = nod(f64::from(*i) * STEP_S);
+        position[WRIST] += p;
+        velocity[WRIST] = v;
+        acceleration[WRIST] = a;
+        Demand::Joints(JointMotion { position: Joints(position), velocity, acceleration })
+    }
+
+    fn terminal(&self, (_, i): &Own, _: X<'_, EcpOf<6>, Self::Args>) -> bool {
+        f64::from(*i) * STEP_S >= DURATION_S
+    }
+}
+
+/// The node's only program, number 1: Wait, then Move.
+#[derive(Debug)]
+pub(crate) struct Linked(Then<Wait<Untouched>, Move<Nod, Own>>);
+
+impl Linked {
+    pub(crate) fn new() -> Self {
+        Self(Then::new(Wait::new(Untouched), Move::new(Nod)))
+    }
+}
+
+impl Programs<6> for Linked {
+    fn begin(&mut self, program: u16, _: f64) -> bool {
+        self.0.begin();
+        program == 1
+    }
+
+    fn step(&mut self, x: &Input<EcpOf<6>>) -> Step<Demand<6>> {
+        self.0.step(x)
+    }
+}
+
+/// Runs the program; gives where the wrist really was, at every servo step.
+pub(crate) fn run(world: &mut World) -> Result<Vec<f64>> {
+    let program = start_programs(&[0], 1, 0.0);
+    let done = Box::new(Wait::new(AllDone { robots: vec![0] }));
+    let mut wrist = Vec::new();
+    world.watch(sequence(vec![program, done]), |world| {
+        wrist.extend(world.joints(0).map(|joints| joints[WRIST]));
+    })?;
+    Ok(wrist)
+}
+
+pub(crate) fn example() -> Result<String> {
+    let mut world = World::new(vec![Arm::postument(Linked::new())?])?;
+    world.get_ready()?;
+    let wrist = run(&mut world)?;
+    let at = |rad: f64| format!("{:7.4} rad", rad);
+    let (low, high) = wrist.iter().fold((wrist[0], wrist[0]), |(low, high), q| {
+        (if *q < low { *q } else { low }, if *q > high { *q } else { high })
+    });
+    Ok(format!(
+        "Wait until {}, then Move by {}\n\
+         wrist: start {}, lowest {}, highest {}, end {}\n\
+         {} s, {} faults\n",
+        Class::of_condition(&Untouched),
+        Class::of_generator(&Nod),
+        at(wrist[0]),
+        at(low),
+        at(high),
+        at(wrist[wrist.len() - 1]),
+        wrist.len() as f64 * 0.002,
+        world.faults(),
+    ))
+}
+
+fn main() -> Result<()> {
+    print!("{}", example()?);
+    Ok(())
+}
