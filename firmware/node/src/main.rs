@@ -9,6 +9,7 @@
 //! | [`exit`] | exit codes, and errors of one line |
 //! | [`ports`] | the node's ports on real buses |
 //! | [`answers`] | on a hub: waiting for drives whose answers are late |
+//! | [`beat`] | the node's time: exact instants, whatever the operating system does |
 //! | [`lateness`] | how late the node was called |
 //! | [`panel`] | the switch beside the node: path stop, then torque off |
 //! | [`report`] | what the node says, in words and as JSON |
@@ -18,6 +19,7 @@
 
 mod answers;
 mod args;
+mod beat;
 mod exit;
 mod lateness;
 mod panel;

@@ -1,6 +1,7 @@
 //! The loop: wait for the node's next instant, hand it what has arrived, send what it says.
 
 use crate::args::Args;
+use crate::beat::Beat;
 use crate::exit::{self, End};
 use crate::lateness::Lateness;
 use crate::panel::{Ended, Panel};
@@ -53,6 +54,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         ports: opened.ports,
         report: Report::new(args.robot),
         lateness: Lateness::new(half),
+        beat: Beat::new(half),
         printer,
         asked,
         id: NodeId::effector(args.effector).unwrap_or(NodeId::MP),
@@ -93,6 +95,7 @@ struct Work {
     ports: Ports,
     report: Report,
     lateness: Lateness,
+    beat: Beat,
     printer: Printer,
     asked: Arc<AtomicU8>,
     id: NodeId,
@@ -122,15 +125,20 @@ impl Work {
         let mut failure: Option<End> = None;
         loop {
             let due = self.node.next_wake();
-            self.ports.wait_until(due, &mut rx);
-            self.lateness.record(now().since(due));
+            let at = self.beat.wall(due);
+            self.ports.wait_until(at, &mut rx);
+            self.lateness.record(now().since(at));
             self.ports.await_answers(&mut rx);
+            for received in &mut rx {
+                received.at = self.beat.node(received.at);
+            }
             let now = now();
+            self.beat.called(due, now);
             if let Some(error) = self.ports.take_failure() {
                 self.printer
                     .tell(format!("{}: {error}: stopping", self.robot));
                 failure.get_or_insert(End::new(exit::IO, error.to_string()));
-                panel.get_or_insert_with(|| Panel::new(self.id, now));
+                panel.get_or_insert_with(|| Panel::new(self.id, due));
             }
             let asked = self.asked.load(Ordering::Relaxed);
             if asked > 0 && panel.is_none() {
@@ -138,13 +146,13 @@ impl Work {
                     "{}: asked to end: path stop, torque off",
                     self.robot
                 ));
-                panel = Some(Panel::new(self.id, now));
+                panel = Some(Panel::new(self.id, due));
             }
             if let Some(panel) = &mut panel {
                 if asked > 1 {
-                    panel.cut(now);
+                    panel.cut(due);
                 }
-                let mut ended = panel.step(now, self.node.state(), &mut rx);
+                let mut ended = panel.step(due, self.node.state(), &mut rx);
                 if self.ports.all_failed() {
                     // nothing can be told to the drives any more: they stop by themselves
                     ended = Some(Ended::Cut);
@@ -164,9 +172,9 @@ impl Work {
                 printer,
                 ..
             } = self;
-            node.step(now, &rx, &mut |port, frame| {
+            node.step(due, &rx, &mut |port, frame| {
                 if port == Port::Mp {
-                    if panel.as_mut().is_some_and(|panel| panel.takes(&frame, now)) {
+                    if panel.as_mut().is_some_and(|panel| panel.takes(&frame, due)) {
                         return;
                     }
                     report.frame(now, &frame, printer);
@@ -189,7 +197,7 @@ impl Work {
             "{robot}: {steps} servo steps, {faults} faults, {violations} limit violations, {lost} \
              commands lost\n\
              {robot}: called late by {p50} us (half of the calls), {p99} us (99 %), {p999} us (99.9 \
-             %), worst {worst} us; {overruns} overruns in {calls} calls\n\
+             %), worst {worst} us; {overruns} overruns in {calls} calls, behind by {behind} us at worst\n\
              {robot}: {sent} frames sent, {received} received, {dropped} dropped; late answers \
              awaited {awaited} times, worst {awaited_us} us",
             robot = self.robot,
@@ -197,6 +205,7 @@ impl Work {
             worst = late.worst().0,
             overruns = late.overruns(),
             calls = late.calls(),
+            behind = self.beat.worst().0,
             sent = traffic.sent,
             received = traffic.received,
             dropped = traffic.dropped,
@@ -207,7 +216,8 @@ impl Work {
             "event": "summary", "robot": self.robot.name(), "servo_steps": steps,
             "faults": self.report.faults(), "limit_violations": violations, "commands_lost": lost,
             "lateness_us": {"p50": p50, "p99": p99, "p99_9": p999, "max": late.worst().0},
-            "overruns": late.overruns(), "calls": late.calls(), "frames_sent": traffic.sent,
+            "overruns": late.overruns(), "calls": late.calls(),
+            "behind_max_us": self.beat.worst().0, "frames_sent": traffic.sent,
             "frames_received": traffic.received, "frames_dropped": traffic.dropped,
             "answers_awaited": traffic.awaited, "answers_awaited_max_us": traffic.awaited_worst.0,
         }));
