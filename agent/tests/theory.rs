@@ -92,12 +92,6 @@ fn rows() -> BTreeMap<Equation, BTreeSet<String>> {
     rows
 }
 
-fn elsewhere() -> BTreeSet<String> {
-    let theory = theory();
-    let (_, section) = theory.split_once("## Elsewhere").unwrap();
-    items(section)
-}
-
 /// Is `name` declared in this text: an item, a variant, an associated item?
 fn declares(text: &str, name: &str) -> bool {
     const KEYWORDS: [&str; 7] = ["struct", "enum", "trait", "type", "fn", "const", "mod"];
@@ -158,28 +152,13 @@ fn every_equation_has_a_row_that_names_an_item() {
 
 #[test]
 fn every_item_exists() {
-    let elsewhere = elsewhere();
     for item in items(&theory()) {
-        if elsewhere.contains(&item) {
-            continue;
-        }
         let (package, _) = item.split_once("::").unwrap();
         let files = sources(&root().join(package.replace('_', "-")).join("src"));
         assert!(
             !declared_in(&item, &files).is_empty(),
             "docs/theory.md names `{item}`"
         );
-    }
-}
-
-#[test]
-fn nothing_is_elsewhere_without_need() {
-    let theory = theory();
-    let (before, _) = theory.split_once("## Elsewhere").unwrap();
-    let named = items(before);
-    for item in elsewhere() {
-        assert!(!item.starts_with("agent::"), "`{item}` is here");
-        assert!(named.contains(&item), "`{item}` is named nowhere else");
     }
 }
 

@@ -9,12 +9,13 @@
 
 use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS};
 use crate::config::{ConfigError, NodeConfig};
-use crate::ecp::{Ecp, NoPrograms, Outcome, Programs};
+use crate::ecp::{Ecp, NoPrograms, Outcome, Programs, Sensors};
 use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
 use crate::edp::{Edp, EdpSetup};
 use crate::io::{Port, Received};
 use crate::session::Session;
 use crate::vsp::EffortSensor;
+use agent::Vsp;
 use protocol::clock::{Clock, Quality};
 use protocol::cyphal::{Heartbeat, NodeInfo};
 use protocol::fault::{Cause, Reaction, Refusal};
@@ -46,7 +47,8 @@ pub struct Node<R, const N: usize, P = NoPrograms> {
     session: Session,
     ecp: Ecp<R, N, P>,
     edp: Edp<R, N>,
-    effort: EffortSensor<N>,
+    effort: Vsp<EffortSensor<N>>,
+    sensors: Sensors<N>,
     period: Micros,
     macrostep: u32,
     next_sync: Micros,
@@ -85,7 +87,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         let limits = EdpSetup::generator_limits(&robot, config.velocity_factor);
         let macrostep = robot.description().macrostep;
         let period = Micros(u64::from(robot.description().servo_step_us));
-        let effort = EffortSensor::new(setup.overcurrent_ma, macrostep);
+        let effort = Vsp::new(EffortSensor::new(setup.overcurrent_ma, macrostep), ());
         let seed = (config.unique_id ^ config.unique_id >> 32) & 0xFFFF_FFFF;
         Ok(Self {
             link: Endpoint::new(config.node, Role::Node, config.mtu),
@@ -94,6 +96,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             ecp: Ecp::new(robot, limits, setup.macrostep.as_secs_f64(), programs),
             edp: Edp::new(now, robot, setup),
             effort,
+            sensors: Sensors { effort: [0.0; N] },
             period,
             macrostep,
             next_sync: now,
@@ -178,7 +181,9 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
 
     fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.watch_lease(now);
-        self.effort.aggregate(&self.edp.currents_ma());
+        if let Some(reading) = self.effort.step(&(), &self.edp.currents_ma()) {
+            self.sensors = reading;
+        }
         if self.edp.servo_step().is_multiple_of(self.macrostep) {
             self.macrostep(now);
         }
@@ -231,7 +236,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             let bus_now = self.clock.to_bus(now);
             match self
                 .ecp
-                .step(bus_now, self.edp.image(), self.effort.reading())
+                .step(bus_now, self.edp.image(), self.sensors)
             {
                 Outcome::Idle => break,
                 Outcome::Demand(demand) => {
