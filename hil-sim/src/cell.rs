@@ -131,9 +131,15 @@ impl Cell {
     where
         R: Robot<N> + Copy + core::fmt::Debug + Send + 'static,
     {
-        let wrong = |source| CellError::Config { robot: kind, source };
-        let buses = <[u8; N]>::try_from(buses)
-            .map_err(|_| CellError::Axes { robot: kind, expected: N, got: buses.len() })?;
+        let wrong = |source| CellError::Config {
+            robot: kind,
+            source,
+        };
+        let buses = <[u8; N]>::try_from(buses).map_err(|_| CellError::Axes {
+            robot: kind,
+            expected: N,
+            got: buses.len(),
+        })?;
         let wiring = station.config(buses).map_err(wrong)?;
         let node = Node::new(self.now(), robot, wiring).map_err(wrong)?;
         self.add_node(kind, Box::new(node), &wiring.drives, seed)
@@ -151,9 +157,15 @@ impl Cell {
         seed: u64,
     ) -> Result<(), CellError> {
         let setup = setup(kind, drives, seed);
-        let buses = drives.iter().map(|d| usize::from(d.bus) + 1).max().unwrap_or(0);
-        let robot =
-            SimRobot::new(setup, seed).map_err(|source| CellError::Robot { robot: kind, source })?;
+        let buses = drives
+            .iter()
+            .map(|d| usize::from(d.bus) + 1)
+            .max()
+            .unwrap_or(0);
+        let robot = SimRobot::new(setup, seed).map_err(|source| CellError::Robot {
+            robot: kind,
+            source,
+        })?;
         let first_bus = self.names.len();
         for bus in 0..buses {
             self.names.push(format!("{kind}.{bus}"));
@@ -181,7 +193,10 @@ impl Cell {
     #[must_use]
     pub fn statistics(&self) -> Vec<Statistics> {
         let drives = self.places.iter().flat_map(|place| &place.wires);
-        std::iter::once(&self.mp_wire).chain(drives).map(Wire::statistics).collect()
+        std::iter::once(&self.mp_wire)
+            .chain(drives)
+            .map(Wire::statistics)
+            .collect()
     }
 
     /// Frames that did not fit a transmit queue; none in a cell within its bus budget.
@@ -215,7 +230,9 @@ impl Cell {
     /// A node, to look at.
     #[must_use]
     pub fn node(&self, station: usize) -> Option<&dyn NodeProcess> {
-        self.places.get(station).map(|place| &*place.node as &dyn NodeProcess)
+        self.places
+            .get(station)
+            .map(|place| &*place.node as &dyn NodeProcess)
     }
 
     /// The MP sends a frame now.
@@ -234,9 +251,17 @@ impl Cell {
     pub fn advance(&mut self, until: Micros, observer: &mut impl Observer) {
         let until_ns = until.0 * 1000;
         while self.now_ns < until_ns {
-            let wake = self.places.iter().map(|p| p.node.next_wake().0 * 1000).min();
+            let wake = self
+                .places
+                .iter()
+                .map(|p| p.node.next_wake().0 * 1000)
+                .min();
             let slice = (self.now_ns / SUBSTEP_NS + 1) * SUBSTEP_NS;
-            let next = [wake.filter(|at| *at > self.now_ns), Some(slice), Some(until_ns)];
+            let next = [
+                wake.filter(|at| *at > self.now_ns),
+                Some(slice),
+                Some(until_ns),
+            ];
             let next = next.into_iter().flatten().min().unwrap_or(until_ns);
             self.advance_wires(next, observer);
             self.now_ns = next;
@@ -245,7 +270,12 @@ impl Cell {
     }
 
     fn advance_wires(&mut self, until_ns: u64, observer: &mut impl Observer) {
-        let Self { mp_wire, places, mp_rx, .. } = self;
+        let Self {
+            mp_wire,
+            places,
+            mp_rx,
+            ..
+        } = self;
         mp_wire.advance(until_ns, &mut |delivery, _| {
             let at = Micros(delivery.at_ns / 1000);
             observer.frame(0, delivery.at_ns, delivery.frame);
@@ -254,7 +284,11 @@ impl Cell {
             }
             for (k, place) in places.iter_mut().enumerate() {
                 if delivery.from != k + 1 {
-                    place.rx.push(Received { port: Port::Mp, at, frame: *delivery.frame });
+                    place.rx.push(Received {
+                        port: Port::Mp,
+                        at,
+                        frame: *delivery.frame,
+                    });
                 }
             }
         });
@@ -265,7 +299,13 @@ impl Cell {
 
     fn step_nodes(&mut self, observer: &mut impl Observer) {
         let now = Micros(self.now_ns / 1000);
-        let Self { mp_wire, places, now_ns, refused, .. } = self;
+        let Self {
+            mp_wire,
+            places,
+            now_ns,
+            refused,
+            ..
+        } = self;
         for (k, place) in places.iter_mut().enumerate() {
             if place.node.next_wake() > now {
                 continue;
@@ -297,7 +337,14 @@ impl Cell {
 
 impl Place {
     fn advance(&mut self, until_ns: u64, observer: &mut impl Observer) {
-        let Self { robot, wires, rx, spill, first_bus, .. } = self;
+        let Self {
+            robot,
+            wires,
+            rx,
+            spill,
+            first_bus,
+            ..
+        } = self;
         for (bus, wire) in wires.iter_mut().enumerate() {
             wire.advance(until_ns, &mut |delivery, outbox| {
                 observer.frame(*first_bus + bus, delivery.at_ns, delivery.frame);

@@ -42,7 +42,15 @@ impl Coordinator {
         };
         cell.add(kind, &station, drive_buses(kind), 1).unwrap();
         let link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
-        Self { cell, link, epoch: 0, sequence: 0, feedback: None, reply: None, next_id: 0 }
+        Self {
+            cell,
+            link,
+            epoch: 0,
+            sequence: 0,
+            feedback: None,
+            reply: None,
+            next_id: 0,
+        }
     }
 
     fn macrostep(&mut self, observer: &mut impl Observer) {
@@ -55,15 +63,22 @@ impl Coordinator {
                 valid_until: self.cell.now() + Micros(50_000),
                 coordination: Coordination::None,
             };
-            self.link.send_command(NODE, &command, &mut |f| frames.push(f)).unwrap();
+            self.link
+                .send_command(NODE, &command, &mut |f| frames.push(f))
+                .unwrap();
         }
         for frame in frames {
             self.cell.send(frame);
         }
-        self.cell.advance(self.cell.now() + Micros(20_000), observer);
+        self.cell
+            .advance(self.cell.now() + Micros(20_000), observer);
         let received: Vec<_> = self.cell.receive().collect();
         for (at, frame) in received {
-            match self.link.receive(&frame, at).map(|incoming| incoming.message) {
+            match self
+                .link
+                .receive(&frame, at)
+                .map(|incoming| incoming.message)
+            {
                 Some(Message::Feedback(f)) => self.feedback = Some(f),
                 Some(Message::Reply { reply, .. }) => self.reply = Some(reply),
                 _ => {}
@@ -73,7 +88,9 @@ impl Coordinator {
 
     fn request(&mut self, request: &Request) -> Reply {
         let mut frames = Vec::new();
-        self.link.send_request(NODE, request, &mut |f| frames.push(f)).unwrap();
+        self.link
+            .send_request(NODE, request, &mut |f| frames.push(f))
+            .unwrap();
         for frame in frames {
             self.cell.send(frame);
         }
@@ -104,8 +121,14 @@ impl Coordinator {
 
     fn enable(&mut self) {
         self.wait("disabled", 5.0, |f| f.state == NodeState::Disabled);
-        let reply = self.request(&Request::Acquire { nonce: 1, lease_ms: 100, takeover: false });
-        let Reply::Lease { epoch } = reply else { panic!("{reply:?}") };
+        let reply = self.request(&Request::Acquire {
+            nonce: 1,
+            lease_ms: 100,
+            takeover: false,
+        });
+        let Reply::Lease { epoch } = reply else {
+            panic!("{reply:?}")
+        };
         self.epoch = epoch;
         assert_eq!(self.request(&Request::Enable { epoch }), Reply::Accepted);
         self.wait("enabled", 3.0, |f| f.state == NodeState::Unsynchronised);
@@ -113,14 +136,22 @@ impl Coordinator {
 
     fn home(&mut self) {
         let epoch = self.epoch;
-        assert_eq!(self.request(&Request::Synchronise { epoch }), Reply::Accepted);
+        assert_eq!(
+            self.request(&Request::Synchronise { epoch }),
+            Reply::Accepted
+        );
         self.wait("homed", 90.0, |f| f.state == NodeState::Holding);
     }
 
     fn execute(&mut self, instruction: Instruction) -> Feedback {
         self.next_id += 1;
         let (id, epoch) = (self.next_id, self.epoch);
-        let request = Request::Execute { epoch, id, start_at: Micros(0), instruction };
+        let request = Request::Execute {
+            epoch,
+            id,
+            start_at: Micros(0),
+            instruction,
+        };
         assert_eq!(self.request(&request), Reply::Accepted);
         self.wait("executed", 60.0, |f| {
             f.instruction == id && !matches!(f.progress, Progress::Pending | Progress::Running)
@@ -131,7 +162,10 @@ impl Coordinator {
 
 fn speeds(axes: usize, fraction: f32) -> AxisSpeeds {
     let all = core::iter::repeat_n(fraction, axes);
-    AxisSpeeds { velocity: all.clone().collect(), acceleration: all.collect() }
+    AxisSpeeds {
+        velocity: all.clone().collect(),
+        acceleration: all.collect(),
+    }
 }
 
 fn homes_and_moves(kind: RobotKind, law: ServoLaw, target: &[f64]) {
@@ -142,7 +176,10 @@ fn homes_and_moves(kind: RobotKind, law: ServoLaw, target: &[f64]) {
     let rest: Vec<f64> = c.cell.robots().next().unwrap().1.motor_rad().to_vec();
     for (axis, rad) in rest.iter().enumerate() {
         // one encoder increment is 1.6 to 3.1 mrad; gravity and friction leave a few
-        assert!(rad.abs() < 0.1, "axis {axis} rests at {rad} rad, not on its index");
+        assert!(
+            rad.abs() < 0.1,
+            "axis {axis} rests at {rad} rad, not on its index"
+        );
     }
     let done = c.execute(Instruction::MoveJoints {
         target: target.iter().copied().collect(),
@@ -159,7 +196,11 @@ const FRONT: [f64; 6] = [0.0, -1.57, 0.0, 1.56, 1.57, -1.57];
 
 #[test]
 fn the_postument_homes_and_moves_with_every_law() {
-    for law in [ServoLaw::DrivePosition, ServoLaw::Original, ServoLaw::FeedForward] {
+    for law in [
+        ServoLaw::DrivePosition,
+        ServoLaw::Original,
+        ServoLaw::FeedForward,
+    ] {
         homes_and_moves(RobotKind::Irp6Postument, law, &FRONT);
     }
 }

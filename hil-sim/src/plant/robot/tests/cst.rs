@@ -10,12 +10,13 @@ use protocol::canopen::node::{Function, NodeId, frame, standard};
 use protocol::canopen::sdo::{Address, Client};
 use protocol::time::Micros;
 
-use super::super::super::parameters::{
-    RobotSetup, TORQUE_CONSTANT_NM_A, irp6_postument, irp6_track,
-};
+use super::super::super::parameters::{RobotSetup, irp6_postument, irp6_track};
 use super::super::{Sent, SimRobot};
 
 /// One servo step, s.
+/// N·m/A of every motor (`irp6_robot`).
+const TORQUE_CONSTANT_NM_A: f64 = 0.105;
+
 const T: f64 = 0.002;
 
 /// A regulator of one axis: set increments and measured increments of a step in, current (A) out.
