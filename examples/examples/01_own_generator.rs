@@ -9,14 +9,9 @@ use anyhow::Result;
 use firmware::ecp::{Demand, EcpOf, Programs};
 use host::mp::behaviour::{sequence, start_programs};
 use host::mp::condition::AllDone;
-use mrroc_examples::{Arm, DURATION_S, World, nod};
+use mrroc_examples::{Arm, DURATION_S, STEP_S, WRIST, World, nod, summary};
 use protocol::fault::Refusal;
 use robots::{JointMotion, Joints};
-
-/// The joint that nods: T, which tilts the wrist.
-pub(crate) const WRIST: usize = 3;
-/// A macrostep, s.
-const STEP_S: f64 = 0.02;
 
 /// `f_I^1(c_j, v_j)`: no motor needs half its current limit, so nothing presses.
 #[derive(Debug)]
@@ -86,7 +81,7 @@ impl Programs<6> for Linked {
     }
 }
 
-/// Runs the program; gives where the wrist really was, at every servo step.
+/// Runs it; gives where the wrist really was, at every servo step.
 pub(crate) fn run(world: &mut World) -> Result<Vec<f64>> {
     let program = start_programs(&[0], 1, 0.0);
     let done = Box::new(Wait::new(AllDone { robots: vec![0] }));
@@ -97,25 +92,16 @@ pub(crate) fn run(world: &mut World) -> Result<Vec<f64>> {
     Ok(wrist)
 }
 
+/// The example, as the text it prints.
 pub(crate) fn example() -> Result<String> {
     let mut world = World::new(vec![Arm::postument(Linked::new())?])?;
     world.get_ready()?;
     let wrist = run(&mut world)?;
-    let at = |rad: f64| format!("{:7.4} rad", rad);
-    let (low, high) = wrist.iter().fold((wrist[0], wrist[0]), |(low, high), q| {
-        (if *q < low { *q } else { low }, if *q > high { *q } else { high })
-    });
     Ok(format!(
-        "Wait until {}, then Move by {}\n\
-         wrist: start {}, lowest {}, highest {}, end {}\n\
-         {} s, {} faults\n",
+        "Wait until {}, then Move by {}\n{}\n{} faults\n",
         Class::of_condition(&Untouched),
         Class::of_generator(&Nod),
-        at(wrist[0]),
-        at(low),
-        at(high),
-        at(wrist[wrist.len() - 1]),
-        wrist.len() as f64 * 0.002,
+        summary("wrist on the node", &wrist),
         world.faults(),
     ))
 }
