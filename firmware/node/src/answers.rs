@@ -8,7 +8,7 @@ use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
 
 /// How long an answer is awaited: a drive that has gone is noticed soon after.
-pub(crate) const PATIENCE: Micros = Micros::from_millis(50);
+pub(crate) const PATIENCE: Micros = Micros::from_millis(200);
 
 /// COB-IDs of the first transmit PDO, less the node id (CiA 301).
 const TPDO1: u16 = 0x180;

@@ -20,7 +20,7 @@ use std::ffi::OsString;
 struct Raw {
     /// The robot: irp6-track or irp6-postument
     robot: String,
-    /// Where MP and drives are: hub[:PORT], hub:HOST:PORT (this machine) or can:INTERFACE
+    /// Where MP and drives are: hub, hub:PORT, hub:HOST:PORT (this machine) or can:INTERFACE
     #[arg(long)]
     bus: String,
     /// The effector's number j, from 1 [default: irp6-track 1, irp6-postument 2]

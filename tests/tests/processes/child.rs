@@ -127,6 +127,11 @@ impl Process {
         );
     }
 
+    /// Has it ended? A test that only waits for this is ended by whoever runs it.
+    pub(crate) fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
+
     /// Its end: status, and all that was left on stderr. Events are taken to the last.
     pub(crate) fn end(&mut self) -> (ExitStatus, Vec<String>) {
         let until = Instant::now() + PATIENCE;
