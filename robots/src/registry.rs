@@ -24,7 +24,7 @@ impl RobotKind {
         }
     }
 
-    /// The number j of its effector E_j where nothing else is said: nodes, simulators and
+    /// The number j of its effector `E_j` where nothing else is said: nodes, simulators and
     /// coordinators agree on it.
     #[must_use]
     pub const fn effector(self) -> u8 {

@@ -1,4 +1,4 @@
-//! The generators and conditions every node has, with their classes ([Z1] VI, VII).
+//! The generators and conditions every node has, with their classes (\[Z1\] VI, VII).
 
 use crate::ecp::EcpOf;
 use crate::ecp::condition::{Contact, Decided, FromWire, Settled};
@@ -9,7 +9,7 @@ use robots::Irp6Postument;
 type S = EcpOf<6>;
 type R = Irp6Postument;
 
-/// Everything shipped on the ECP level; none of the eight classes is neglected ([Z1] VIII).
+/// Everything shipped on the ECP level; none of the eight classes is neglected (\[Z1\] VIII).
 pub const ECP: [Inhabitant; 19] = [
     Inhabitant::generator::<S, Hold>("Hold"),
     Inhabitant::generator::<S, Guarded<Hold, Contact>>("Guarded<Hold, Contact>"),

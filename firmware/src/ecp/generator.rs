@@ -1,6 +1,6 @@
 //! The motion generators every node has.
 //!
-//! One file per generator; its class ([Z1] VI) stands in the first line of its documentation.
+//! One file per generator; its class (\[Z1\] VI) stands in the first line of its documentation.
 
 pub mod axis_move;
 pub mod follow;

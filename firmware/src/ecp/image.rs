@@ -15,7 +15,7 @@ pub struct Coordinator {
     pub end_motion: bool,
 }
 
-/// `e_j`: the image of the effector, in the ontologies of [Z2] Fig. 1 (the third, the pose of the
+/// `e_j`: the image of the effector, in the ontologies of \[Z2\] Fig. 1 (the third, the pose of the
 /// end-effector, follows from the joints by the robot's forward kinematics).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectorImage<const N: usize> {

@@ -18,7 +18,7 @@ struct Raw {
     /// The robots: irp6-track, irp6-postument
     #[arg(required = true, value_name = "ROBOT")]
     robots: Vec<String>,
-    /// Where: hub[:PORT] (port 0: any free one, told at the start) or can:INTERFACE
+    /// Where: hub, hub:PORT (port 0: any free one, told at the start) or can:INTERFACE
     #[arg(long)]
     bus: String,
     /// The effectors' numbers, in the order of the robots [default: irp6-track 1, irp6-postument 2]

@@ -56,7 +56,7 @@ enum Command {
 /// What all commands that command robots share.
 #[derive(Args, Debug)]
 struct Common {
-    /// virtual (simulated in this process), hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
     #[arg(long, default_value = "virtual", value_parser = bus_spec)]
     bus: BusSpec,
     /// Pace virtual time by the wall clock.
@@ -173,7 +173,7 @@ struct StopArgs {
     /// path (torque stays on), quick (then torque off) or torque-off.
     #[arg(long, default_value = "path", value_parser = stop_kind)]
     kind: StopKind,
-    /// hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
     #[arg(long, default_value = "hub", value_parser = bus_spec)]
     bus: BusSpec,
 }
@@ -247,7 +247,7 @@ impl Cli {
                     }
                 }
             }
-            Command::Classes(args) => classes(args.json),
+            Command::Classes(args) => Ok(classes(args.json)),
             Command::Completions { shell } => {
                 let mut command = Self::command();
                 clap_complete::generate(shell, &mut command, "mrroc", &mut std::io::stdout());
@@ -316,7 +316,7 @@ fn inhabitants() -> Vec<(Class, &'static str)> {
     nodes.chain(host::mp::census::census()).collect()
 }
 
-fn classes(json: bool) -> Result<u8, Error> {
+fn classes(json: bool) -> u8 {
     let inhabitants = inhabitants();
     let mut out = std::io::stdout().lock();
     let rows = Class::all().map(|class| {
@@ -346,7 +346,7 @@ fn classes(json: bool) -> Result<u8, Error> {
     if json {
         let _ = writeln!(out, "{}", serde_json::Value::Array(values));
     }
-    Ok(if empty == 0 { exit::OK } else { exit::INTERNAL })
+    if empty == 0 { exit::OK } else { exit::INTERNAL }
 }
 
 #[cfg(test)]

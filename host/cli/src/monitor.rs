@@ -13,6 +13,7 @@ use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::RobotKind;
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 
 /// A node that has been silent for this long is shown as silent.
@@ -28,7 +29,7 @@ const STOP_PATIENCE: Micros = Micros::from_millis(5000);
 /// Watch the nodes on a bus.
 #[derive(Args, Debug)]
 pub(crate) struct Monitor {
-    /// hub[:PORT], hub:HOST:PORT or can:INTERFACE.
+    /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
     #[arg(long, default_value = "hub", value_parser = |text: &str| {
         BusSpec::parse(text, Reach::Loopback).map_err(|e| e.to_string())
     })]
@@ -36,9 +37,9 @@ pub(crate) struct Monitor {
     /// Print one JSON value per node and refresh instead of a table.
     #[arg(long)]
     json: bool,
-    /// Look for this long, s, then end; without it, until Ctrl-C.
+    /// Look for this long, then end; without it, until Ctrl-C.
     #[arg(long, value_name = "SECONDS")]
-    seconds: Option<f64>,
+    seconds: Option<u32>,
 }
 
 /// What was heard of a node.
@@ -58,7 +59,7 @@ impl Monitor {
         let mut nodes = BTreeMap::<u8, Heard>::new();
         let terminal = std::io::stdout().is_terminal() && !self.json;
         let begun = bus::now();
-        let end = self.seconds.map(|s| begun + Micros((s * 1e6) as u64));
+        let end = self.seconds.map(|s| begun + Micros::from_millis(u64::from(s) * 1000));
         let mut next = begun + REFRESH;
         let mut drawn = 0;
         while !interrupted() && end.is_none_or(|end| bus::now() < end) {
@@ -108,7 +109,7 @@ fn listen(
     nodes: &mut BTreeMap<u8, Heard>,
     until: Micros,
 ) -> Result<(), Error> {
-    while let Some(received) = bus.receive().map_err(crate::world::bus_error)? {
+    while let Some(received) = bus.receive().map_err(|e| crate::world::bus_error(&e))? {
         let Some(incoming) = link.receive(&received.frame, received.at) else {
             continue;
         };
@@ -127,7 +128,7 @@ fn listen(
             _ => {}
         }
     }
-    bus.wait(until).map_err(crate::world::bus_error)
+    bus.wait(until).map_err(|e| crate::world::bus_error(&e))
 }
 
 /// The robot of a feedback whose node has not said its name: known by its number of axes.
@@ -179,7 +180,8 @@ fn table(nodes: &BTreeMap<u8, Heard>) -> String {
         let fault = feedback
             .fault
             .map_or_else(String::new, |f| format!("  {}", fault_text(&f)));
-        text += &format!("{id:>4}  {name:<16} {state:<15} {joints}{fault}\n");
+        // writing to a String cannot fail
+        let _ = writeln!(text, "{id:>4}  {name:<16} {state:<15} {joints}{fault}");
     }
     text
 }
@@ -198,7 +200,7 @@ fn json(nodes: &BTreeMap<u8, Heard>) -> String {
             "fault": feedback.fault.map(|f| f.cause.code()),
             "age_ms": bus::now().since(heard.at).0 / 1000,
         });
-        text += &format!("{value}\n");
+        let _ = writeln!(text, "{value}");
     }
     text
 }
@@ -215,7 +217,7 @@ pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
         link.send_stop_all(&StopAll { kind }, &mut |frame| frames.push(frame))
             .map_err(|e| Error::Internal(format!("{e:?}")))?;
         for frame in frames {
-            bus.send(&frame).map_err(crate::world::bus_error)?;
+            bus.send(&frame).map_err(|e| crate::world::bus_error(&e))?;
         }
         listen(&mut *bus, &mut link, &mut nodes, bus::now() + STOP_GAP)?;
     }

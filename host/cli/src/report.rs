@@ -24,7 +24,7 @@ impl Reporter {
         }
     }
 
-    fn line(&self, now: Micros, text: &str) {
+    fn line(now: Micros, text: &str) {
         // a closed stderr is no reason to stop a robot
         let _ = writeln!(std::io::stderr(), "{:9.3} s  {text}", now.as_secs_f64());
     }
@@ -44,14 +44,14 @@ impl Reporter {
                 self.checklist(run);
             }
             Progress::StepBegan { step, of, name } => {
-                self.line(now, &format!("step {step}/{of}: {name}"));
+                Self::line(now, &format!("step {step}/{of}: {name}"));
             }
             Progress::Node {
                 robot, node, of, ..
             } if *of > 1 => {
-                self.line(now, &format!("    {}: node {node}/{of}", name(*robot)));
+                Self::line(now, &format!("    {}: node {node}/{of}", name(*robot)));
             }
-            Progress::AtRest => self.line(now, "at rest"),
+            Progress::AtRest => Self::line(now, "at rest"),
             Progress::Robot(event) => match &event.what {
                 What::Homing { robot, axis, phase } => {
                     let axes = run.mp().robots().get(*robot).map(|i| i.arm().axes());
@@ -67,13 +67,13 @@ impl Reporter {
                     }
                 }
                 What::Fault { robot, fault } => {
-                    self.line(now, &format!("{}: {}", name(*robot), fault_text(fault)));
+                    Self::line(now, &format!("{}: {}", name(*robot), fault_text(fault)));
                 }
                 What::Lost { robot } => {
-                    self.line(now, &format!("{}: its node is silent", name(*robot)));
+                    Self::line(now, &format!("{}: its node is silent", name(*robot)));
                 }
                 What::StopAll { by_other: true, .. } => {
-                    self.line(now, "another participant stopped everyone");
+                    Self::line(now, "another participant stopped everyone");
                 }
                 _ => {}
             },

@@ -123,7 +123,7 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         machine: MachinePart::measured(duration_s, started.elapsed().as_secs_f64()),
         seed,
         robots: robots(&cell, &observers, &faults, world.knows_mechanics()),
-        buses: buses(&*world, duration_s),
+        buses: buses(&*world, world.now().since(begun)),
         steps: log.finish(world.now(), failure.is_none()),
     };
     Ok(Finished {
@@ -245,8 +245,8 @@ pub(crate) const fn servo_name(law: ServoLaw) -> &'static str {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run")]
-fn buses(world: &dyn World, duration_s: f64) -> Vec<BusSummary> {
-    let span_ns = Micros((duration_s * 1e6) as u64).0.saturating_mul(1000);
+fn buses(world: &dyn World, span: Micros) -> Vec<BusSummary> {
+    let span_ns = span.0.saturating_mul(1000);
     let each = world.buses().into_iter();
     each.map(|(name, s)| BusSummary {
         name,

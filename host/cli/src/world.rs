@@ -187,7 +187,7 @@ pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
         BusSpec::Virtual => Err(internal(&"virtual is no remote bus")),
         BusSpec::Hub { host, port } => {
             let deadline = bus::now() + HUB_PATIENCE;
-            let client = HubClient::connect(host, *port, "mp", deadline).map_err(bus_error)?;
+            let client = HubClient::connect(host, *port, "mp", deadline).map_err(|e| bus_error(&e))?;
             Ok(Box::new(client))
         }
         BusSpec::Can { interface } => open_can(interface),
@@ -197,7 +197,7 @@ pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
 #[cfg(target_os = "linux")]
 fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
     Ok(Box::new(
-        bus::socketcan::SocketCan::open(interface).map_err(bus_error)?,
+        bus::socketcan::SocketCan::open(interface).map_err(|e| bus_error(&e))?,
     ))
 }
 
@@ -209,7 +209,7 @@ fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
     })
 }
 
-pub(crate) fn bus_error(error: BusError) -> Error {
+pub(crate) fn bus_error(error: &BusError) -> Error {
     let text = error.to_string();
     let (bus, reason) = text.split_once(": ").unwrap_or(("bus", &text));
     Error::Bus {
@@ -225,7 +225,7 @@ impl World for Remote {
 
     fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.frames += 1;
-        self.bus.send(frame).map_err(bus_error)
+        self.bus.send(frame).map_err(|e| bus_error(&e))
     }
 
     fn pass(
@@ -235,7 +235,7 @@ impl World for Remote {
         rx: &mut Vec<(Micros, Frame)>,
     ) -> Result<(), Error> {
         loop {
-            while let Some(received) = self.bus.receive().map_err(bus_error)? {
+            while let Some(received) = self.bus.receive().map_err(|e| bus_error(&e))? {
                 self.frames += 1;
                 observers.mp_frame(received.at, &received.frame);
                 rx.push((received.at, received.frame));
@@ -243,7 +243,7 @@ impl World for Remote {
             if bus::now() >= until {
                 return Ok(());
             }
-            self.bus.wait(until).map_err(bus_error)?;
+            self.bus.wait(until).map_err(|e| bus_error(&e))?;
         }
     }
 

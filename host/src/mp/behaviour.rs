@@ -91,11 +91,7 @@ where
     P: Pace + 'static,
 {
     let robots: Vec<usize> = carry.course().robots().iter().map(|c| c.robot).collect();
-    sequence(vec![
-        Box::new(Move::new(Together::follow(&robots, grid))),
-        Box::new(Move::new(carry)),
-        end_motion(&robots),
-    ])
+    tight(&robots, Box::new(Move::new(carry)), grid)
 }
 
 /// Tight coordination by feedback: the leader moves by itself, the follower keeps its place beside
@@ -107,17 +103,25 @@ pub fn shadow(
     grid: Grid,
     timing: &Timing,
 ) -> BoxedBehaviour {
+    let together = in_parallel(vec![
+        execute(vec![leader.clone()], grid, timing),
+        Box::new(Then::new(
+            // the leader's instruction is issued in this very step
+            agent::ForSteps::new(1, Rest),
+            Move::new(Shadow::new(leader.0, follower, grid, timing)),
+        )),
+    ]);
+    tight(&[follower], together, grid)
+}
+
+/// Tight coordination by any behaviour that sends [knots](super::generator::knot): the robots
+/// follow, it runs, and the motion is ended.
+#[must_use]
+pub fn tight(robots: &[usize], knots: BoxedBehaviour, grid: Grid) -> BoxedBehaviour {
     sequence(vec![
-        Box::new(Move::new(Together::follow(&[follower], grid))),
-        in_parallel(vec![
-            execute(vec![leader.clone()], grid, timing),
-            Box::new(Then::new(
-                // the leader's instruction is issued in this very step
-                agent::ForSteps::new(1, Rest),
-                Move::new(Shadow::new(leader.0, follower, grid, timing)),
-            )),
-        ]),
-        end_motion(&[follower]),
+        Box::new(Move::new(Together::follow(robots, grid))),
+        knots,
+        end_motion(robots),
     ])
 }
 

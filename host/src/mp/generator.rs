@@ -21,7 +21,7 @@ mod shadow;
 mod together;
 
 pub use ask::Ask;
-pub use carry::{Carry, Carrying};
+pub use carry::{Carry, Carrying, knot};
 pub use course::{Carried, Course, REST_SHAPE};
 pub use home::Home;
 pub use pace::{AsPlanned, ByDistance, Guarded, Pace};

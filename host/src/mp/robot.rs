@@ -256,6 +256,12 @@ impl Image {
         motor_angles(self.arm().axes(), &self.feedback().fresh()?.demand)
     }
 
+    /// Demanded joint positions, rad or m.
+    #[must_use]
+    pub fn demanded_joints(&self) -> Option<PerAxis<f64>> {
+        self.arm().joints(&self.demanded_motors()?).ok()
+    }
+
     /// Measured motor angles, rad.
     #[must_use]
     pub fn actual_motors(&self) -> Option<PerAxis<f64>> {

@@ -151,8 +151,10 @@ impl<P: Pace> Carry<P> {
     }
 }
 
-/// A knot on the wire.
-pub(super) fn knot(at: Micros, motion: &AxisMotion) -> KnotMessage {
+/// A motion of the joints at an instant (bus time), as a knot on the wire: velocity and acceleration
+/// are rounded to `f32`.
+#[must_use]
+pub fn knot(at: Micros, motion: &AxisMotion) -> KnotMessage {
     KnotMessage {
         at,
         space: Space::Joints,
