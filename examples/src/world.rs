@@ -147,12 +147,12 @@ impl World {
             let status = mp.step(now, rx, &mut |frame| cell.send(frame));
             let fault = |what: &What| matches!(what, What::Fault { .. });
             *faults += mp.events().iter().filter(|event| fault(&event.what)).count();
+            look(self);
             match status {
-                MpStatus::Running => cell.advance(now + SERVO_STEP, &mut ()),
+                MpStatus::Running => self.cell.advance(now + SERVO_STEP, &mut ()),
                 MpStatus::Idle | MpStatus::Ended => return Ok(()),
                 MpStatus::Failed(failure) => return Err(failure.into()),
             }
-            look(self);
         }
         bail!("{name}: still running after {} s", PATIENCE.as_secs_f64())
     }
