@@ -34,3 +34,36 @@ pub fn nod(t: f64) -> [f64; 3] {
     }
     y
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn a_nod_begins_and_ends_at_rest() {
+        for t in [-1.0, 0.0, DURATION_S, DURATION_S + 1.0] {
+            assert_eq!(nod(t), [0.0; 3], "at {t} s");
+        }
+        // beside the ends the acceleration is not yet off zero by more than its greatest slope,
+        // jerk 1.5·AMPLITUDE·Ω²·3Ω = 0.41 rad/s³, allows
+        for t in [1e-6, DURATION_S - 1e-6] {
+            assert!(nod(t)[2].abs() < 0.5e-6, "{:?}", nod(t));
+        }
+    }
+
+    #[test]
+    fn velocity_and_acceleration_are_its_derivatives() {
+        const H: f64 = 1e-4;
+        for k in 1..600 {
+            let t = f64::from(k) * 0.01;
+            let [before, now, after] = [nod(t - H), nod(t), nod(t + H)];
+            for (of, derivative) in [(0, 1), (1, 2)] {
+                let difference = (after[of] - before[of]) / (2.0 * H);
+                // h²/6 of the third derivative, which is below 20 of either: 3·10⁻⁸
+                assert!((difference - now[derivative]).abs() < 1e-7, "at {t} s");
+            }
+        }
+        // they are not the zeros that would pass as well: ω = π at the crest of the cosine
+        assert!((nod(3.0)[1] + AMPLITUDE_RAD * core::f64::consts::PI).abs() < 1e-12);
+    }
+}

@@ -213,18 +213,15 @@ fn exact_classic(frame: &Frame) -> Bits {
     let (header, len) = header(frame.id(), false);
     let data = frame.data();
     // SOF to data, right aligned: at most 39 + 64 bits.
-    let mut stream = u128::from(header << 4 | u64::from(dlc(data.len())));
-    let mut bits = len + 4;
-    for byte in data {
-        stream = stream << 8 | u128::from(*byte);
-        bits += 8;
-    }
-    let crc = stuffing::crc15(stream, bits);
-    stream = stream << 15 | u128::from(crc);
-    bits += 15;
-    let stuffed = Stuffing::of(stream, bits).count();
+    let mut payload = [0; 8];
+    payload.iter_mut().zip(data).for_each(|(to, byte)| *to = *byte);
+    let length = dlc(data.len());
+    let unused = 64 - 8 * length;
+    let head = u128::from(header << 4 | u64::from(length));
+    let stream = (head << 64 | u128::from(u64::from_be_bytes(payload))) >> unused;
+    let bits = len + 4 + 8 * length;
     Bits {
-        nominal: bits + stuffed + TRAILER,
+        nominal: bits + CRC + stuffing::classic(stream, bits) + TRAILER,
         data: 0,
     }
 }

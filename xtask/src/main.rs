@@ -7,11 +7,13 @@
 //! | [`text`] | what no file of the repository may contain |
 //! | [`fault_pages`] | every fault code has its page, every page its code |
 //! | [`no_std`] | the crates of the microcontroller, built for one |
+//! | [`bench`] | what a step, a message and the main job cost |
 //! | [`ci`] | everything above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
 //! line each. Exit code 0: all passed; 1: some failed; 2: wrong usage.
 
+mod bench;
 mod ci;
 mod deps;
 mod fault_pages;
@@ -47,6 +49,12 @@ enum Task {
     Docs,
     /// Build the microcontroller's crates for a bare-metal target
     NoStd,
+    /// Measure what a step, a message and the main job cost
+    Bench {
+        /// Print one JSON object instead of a Markdown table
+        #[arg(long)]
+        json: bool,
+    },
     /// Run everything CI runs, in its order
     Ci,
 }
@@ -59,6 +67,7 @@ fn main() -> ExitCode {
         Task::Lint => lint::run_all(&mut report),
         Task::Docs => report.run("docs", fault_pages::check),
         Task::NoStd => report.run("no-std", no_std::check),
+        Task::Bench { json } => report.run("bench", || bench::run(json)),
         Task::Ci => ci::run_all(&mut report),
     }
     report.finish()

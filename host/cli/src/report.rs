@@ -60,7 +60,7 @@ impl Reporter {
                         .map_or("?", |a| a.name);
                     // the phases in between are for terminals, where lines are cheap to read
                     if *phase == HomingPhase::Done || self.terminal {
-                        self.line(
+                        Self::line(
                             now,
                             &format!("    {}: {axis}: {}", name(*robot), homing(*phase)),
                         );

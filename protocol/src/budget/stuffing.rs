@@ -5,8 +5,8 @@
 /// Encoded as `2 · length + bit`, length 1 to 5; five equal bits are followed by a complement.
 type Run = u8;
 
-/// Runs are below this number.
-const RUNS: usize = 12;
+/// Runs are below this number, rounded up so that four bits are always in bounds.
+const RUNS: usize = 16;
 
 /// One bit further: the run, and whether a stuff bit was put in *before* this bit.
 const fn step(run: Run, bit: u8) -> (Run, bool) {
@@ -89,22 +89,43 @@ const CRC_TABLE: [u16; 256] = {
     table
 };
 
-/// The CRC-15 of the lowest `bits` bits of `stream`; the others must be 0.
-///
-/// The register begins at zero, so zeros in front change nothing and whole bytes can be taken.
-pub(super) fn crc15(stream: u128, bits: u32) -> u16 {
-    let bytes = stream.to_be_bytes();
-    let used = usize::try_from(bits.div_ceil(8)).unwrap_or(bytes.len());
-    let skip = bytes.len().saturating_sub(used);
-    let register = bytes.iter().skip(skip).fold(0u16, |register, byte| {
-        let [high, low] = register.to_be_bytes();
-        let entry = CRC_TABLE
-            .get(usize::from(high ^ byte))
-            .copied()
-            .unwrap_or(0);
-        u16::from(low) << 8 ^ entry
-    });
-    register >> 1
+/// The CRC register one byte further.
+fn crc_byte(register: u16, byte: u8) -> u16 {
+    let [high, low] = register.to_be_bytes();
+    let entry = CRC_TABLE.get(usize::from(high ^ byte)).copied().unwrap_or(0);
+    u16::from(low) << 8 ^ entry
+}
+
+/// The stuff bits of a classical frame: the lowest `bits` bits of `stream`, from the start of frame
+/// (a 0) to the last data bit, and the CRC-15 that follows them. The other bits must be 0.
+pub(super) fn classic(stream: u128, bits: u32) -> u32 {
+    // One walk for both: neither waits for the other. The CRC register begins at zero, so zeros in
+    // front change nothing and whole bytes can be taken.
+    let filled = (front(bits) | stream).to_be_bytes();
+    let stream = stream.to_be_bytes();
+    let used = usize::try_from(bits.div_ceil(8)).unwrap_or(stream.len());
+    let skip = stream.len().saturating_sub(used);
+    let mut register = 0;
+    let mut stuffing = Stuffing::START;
+    for (byte, filled) in stream.iter().zip(&filled).skip(skip) {
+        register = crc_byte(register, *byte);
+        stuffing = stuffing.byte(*filled);
+    }
+    // The register holds the CRC in its upper fifteen bits. One bit unlike the last follows: it is
+    // stuffed exactly if five equal bits end the CRC.
+    let last = register >> 1 & 1;
+    let [high, low] = (register & !1 | last ^ 1).to_be_bytes();
+    stuffing.byte(high).byte(low).count_before_last()
+}
+
+/// In front of the start of frame, alternating bits ending in 1 fill the first byte: they need no
+/// stuffing and leave a run that the start of frame ends.
+const fn front(bits: u32) -> u128 {
+    let ones = 0x5555_5555_5555_5555_5555_5555_5555_5555_u128;
+    match ones.checked_shl(bits) {
+        Some(front) => front,
+        None => 0,
+    }
 }
 
 /// Counts stuff bits along a stream.
@@ -115,28 +136,23 @@ pub(super) struct Stuffing {
 }
 
 impl Stuffing {
+    /// In front of the stream: see [`front`].
+    const START: Self = Self {
+        run: 2 | 1,
+        count: 0,
+    };
+
     /// Along the lowest `bits` bits of `stream`, the first of which is 0 (start of frame).
     pub(super) fn of(stream: u128, bits: u32) -> Self {
-        // In front of the start of frame, alternating bits ending in 1 fill the first byte: they
-        // need no stuffing and leave a run that the start of frame ends.
-        let ones = 0x5555_5555_5555_5555_5555_5555_5555_5555_u128;
-        let front = ones.checked_shl(bits).unwrap_or(0);
-        let bytes = (front | stream).to_be_bytes();
+        let bytes = (front(bits) | stream).to_be_bytes();
         let used = usize::try_from(bits.div_ceil(8)).unwrap_or(bytes.len());
         let skip = bytes.len().saturating_sub(used);
-        let mut stuffing = Self {
-            run: 2 | 1,
-            count: 0,
-        };
-        for byte in bytes.iter().skip(skip) {
-            stuffing = stuffing.byte(*byte);
-        }
-        stuffing
+        bytes.iter().skip(skip).fold(Self::START, |stuffing, byte| stuffing.byte(*byte))
     }
 
     /// Eight bits further.
     pub(super) fn byte(self, byte: u8) -> Self {
-        let row = TABLE.get(usize::from(self.run));
+        let row = TABLE.get(usize::from(self.run & 0xF));
         let entry = row
             .and_then(|row| row.get(usize::from(byte)))
             .copied()
@@ -155,11 +171,6 @@ impl Stuffing {
             self.count += u32::from(stuffed);
         }
         self
-    }
-
-    /// Stuff bits so far, with the one that the last five bits demand.
-    pub(super) const fn count(self) -> u32 {
-        self.count + (self.run >> 1 >= 5) as u32
     }
 
     /// Stuff bits so far, without one after the last bit.
