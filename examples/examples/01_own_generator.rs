@@ -52,7 +52,11 @@ impl Generator<EcpOf<6>> for Nod {
         position[WRIST] += p;
         velocity[WRIST] = v;
         acceleration[WRIST] = a;
-        Demand::Joints(JointMotion { position: Joints(position), velocity, acceleration })
+        Demand::Joints(JointMotion {
+            position: Joints(position),
+            velocity,
+            acceleration,
+        })
     }
 
     fn terminal(&self, (_, i): &Own, _: X<'_, EcpOf<6>, Self::Args>) -> bool {

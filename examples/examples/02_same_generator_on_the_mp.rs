@@ -41,9 +41,19 @@ impl Generator<MpSubsystem> for Nod {
 
     fn first(&self, x: X<'_, MpSubsystem, Self::Args>) -> (Own, Commands) {
         let image = &x.e()[0];
-        let mut c = Own { from: PerAxis::new(), begin: x.i() + self.lead, sent: 0 };
+        let mut c = Own {
+            from: PerAxis::new(),
+            begin: x.i() + self.lead,
+            sent: 0,
+        };
         let Some(from) = image.demanded_joints() else {
-            return (c, Commands::give_up(Failure::Lost { who: image.who(), span_ms: 0 }));
+            return (
+                c,
+                Commands::give_up(Failure::Lost {
+                    who: image.who(),
+                    span_ms: 0,
+                }),
+            );
         };
         c.from = from;
         let y = self.next(&mut c, x);
@@ -56,8 +66,11 @@ impl Generator<MpSubsystem> for Nod {
         while c.begin + c.sent <= x.i() + self.lead && f64::from(c.sent) * STEP_S <= DURATION_S {
             let [p, v, a] = nod(f64::from(c.sent) * STEP_S);
             let rest: PerAxis<f64> = c.from.iter().map(|_| 0.0).collect();
-            let mut to =
-                AxisMotion { position: c.from.clone(), velocity: rest.clone(), acceleration: rest };
+            let mut to = AxisMotion {
+                position: c.from.clone(),
+                velocity: rest.clone(),
+                acceleration: rest,
+            };
             to.position[WRIST] += p;
             to.velocity[WRIST] = v;
             to.acceleration[WRIST] = a;
@@ -89,7 +102,10 @@ pub(crate) fn example() -> Result<String> {
     world.get_ready()?;
     let on_the_node = own_generator::run(&mut world)?;
     let on_the_mp = run(&mut world)?;
-    let nod = Nod { grid: world.mp.grid(), lead: 0 };
+    let nod = Nod {
+        grid: world.mp.grid(),
+        lead: 0,
+    };
     Ok(format!(
         "Move by {}\n{}\n{}\napart by {:.1} mrad at most, {} faults\n",
         Class::of_generator(&nod),

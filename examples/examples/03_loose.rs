@@ -82,7 +82,10 @@ impl Condition<MpSubsystem> for Through {
     type Args = F<(), E, ()>;
 
     fn holds(&self, x: X<'_, MpSubsystem, Self::Args>) -> bool {
-        x.e().iter().enumerate().all(|(arm, image)| is_through(image, arm, self.act))
+        x.e()
+            .iter()
+            .enumerate()
+            .all(|(arm, image)| is_through(image, arm, self.act))
     }
 }
 
@@ -98,9 +101,18 @@ fn is_through(image: &Image, arm: usize, act: usize) -> bool {
 
 /// `f** = const`, then `f_P^2(c_0, e_c)`: decide on an act, and wait until both are through.
 fn act(k: usize) -> BoxedBehaviour {
-    let decision = RobotCommand::Loose(Decision { label: LABELS[k], variant: 0 });
-    let tell = Commands { robots: vec![(0, decision.clone()), (1, decision)], give_up: None };
-    sequence(vec![Box::new(Move::new(Constant(tell))), Box::new(Wait::new(Through { act: k }))])
+    let decision = RobotCommand::Loose(Decision {
+        label: LABELS[k],
+        variant: 0,
+    });
+    let tell = Commands {
+        robots: vec![(0, decision.clone()), (1, decision)],
+        give_up: None,
+    };
+    sequence(vec![
+        Box::new(Move::new(Constant(tell))),
+        Box::new(Wait::new(Through { act: k })),
+    ])
 }
 
 /// The example, as the text it prints.

@@ -16,8 +16,14 @@ use protocol::message::{Instruction, PoseMessage, PosePath, PoseReference, PoseS
 
 /// Where the tools of the two arms grip the object: `t_base_tool`, m and rotation vector in rad.
 const GRIPS: [PoseMessage; 2] = [
-    PoseMessage { position_m: [0.80, 0.55, 0.38], rotation_rad: [-1.60, 0.10, -2.05] },
-    PoseMessage { position_m: [0.80, -0.38, 0.38], rotation_rad: [1.60, 0.10, 2.05] },
+    PoseMessage {
+        position_m: [0.80, 0.55, 0.38],
+        rotation_rad: [-1.60, 0.10, -2.05],
+    },
+    PoseMessage {
+        position_m: [0.80, -0.38, 0.38],
+        rotation_rad: [1.60, 0.10, 2.05],
+    },
 ];
 
 /// What happens to the object: lifted by 8 cm and turned by 0.12 rad within 6 s.
@@ -54,7 +60,12 @@ fn carrying(world: &World) -> Result<Carry<AsPlanned>> {
         carried.push(Carried::new(k, image.config(), joints)?);
     }
     let course = Course::new(lift_and_turn(), carried)?;
-    Ok(Carry::new(course, AsPlanned, world.mp.grid(), &world.mp.config().timing)?)
+    Ok(Carry::new(
+        course,
+        AsPlanned,
+        world.mp.grid(),
+        &world.mp.config().timing,
+    )?)
 }
 
 /// The example, as the text it prints.

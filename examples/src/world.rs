@@ -75,7 +75,11 @@ impl Arm {
         };
         let config = station.config(buses)?;
         let node = Node::with_programs(Micros(0), robot, config, programs)?;
-        Ok(Self { kind, node: Box::new(node), drives: config.drives.to_vec() })
+        Ok(Self {
+            kind,
+            node: Box::new(node),
+            drives: config.drives.to_vec(),
+        })
     }
 }
 
@@ -101,7 +105,11 @@ impl World {
         for arm in arms {
             cell.add_node(arm.kind, arm.node, &arm.drives, SEED)?;
         }
-        Ok(Self { mp: Mp::new(config, 1)?, cell, faults: 0 })
+        Ok(Self {
+            mp: Mp::new(config, 1)?,
+            cell,
+            faults: 0,
+        })
     }
 
     /// Handshake, torque on, homing: every arm holds, and knows where it is.
@@ -129,7 +137,12 @@ impl World {
     /// As [`World::run`].
     pub fn watch(&mut self, behaviour: BoxedBehaviour, look: impl FnMut(&Self)) -> Result<()> {
         let silence_ms = self.mp.config().timing.silence_ms;
-        self.go("example", behaviour, Watch::work(self.all(), silence_ms), look)
+        self.go(
+            "example",
+            behaviour,
+            Watch::work(self.all(), silence_ms),
+            look,
+        )
     }
 
     fn go(
@@ -146,7 +159,11 @@ impl World {
             let (now, rx) = (cell.now(), cell.receive().collect::<Vec<_>>());
             let status = mp.step(now, rx, &mut |frame| cell.send(frame));
             let fault = |what: &What| matches!(what, What::Fault { .. });
-            *faults += mp.events().iter().filter(|event| fault(&event.what)).count();
+            *faults += mp
+                .events()
+                .iter()
+                .filter(|event| fault(&event.what))
+                .count();
             look(self);
             match status {
                 MpStatus::Running => self.cell.advance(now + SERVO_STEP, &mut ()),
