@@ -65,6 +65,7 @@ pub struct Edp<R, const N: usize> {
     coming_to_rest: bool,
     new_fault: Option<Fault>,
     violations: u32,
+    acceleration_step: f64,
     step: u32,
     configured: u8,
 }
@@ -96,6 +97,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             coming_to_rest: false,
             new_fault: None,
             violations: 0,
+            acceleration_step: 0.0,
             step: 0,
             configured: 0,
             setup,
@@ -134,6 +136,14 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             *out = axis.take_following_error();
         }
         out
+    }
+
+    /// Greatest step of acceleration where a cubic segment began, since the last call, rad/s².
+    #[expect(clippy::cast_possible_truncation, reason = "a report")]
+    pub const fn take_acceleration_step(&mut self) -> f32 {
+        let step = self.acceleration_step;
+        self.acceleration_step = 0.0;
+        step as f32
     }
 
     /// Are all axes homed?

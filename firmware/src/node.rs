@@ -552,6 +552,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             current_ma: protocol::units::PerAxis::new(),
             following_error: protocol::units::PerAxis::new(),
             limit_violations: self.edp.violations(),
+            acceleration_step: self.edp.take_acceleration_step(),
             lost: self.session.lost(),
         };
         let currents = self.edp.currents_ma();

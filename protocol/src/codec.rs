@@ -81,7 +81,8 @@ impl Payload for Feedback {
         + 2 * per_axis(I32)
         + per_axis(U16)
         + per_axis(U32)
-        + 2 * U32; // violations, lost
+        + 2 * U32 // violations, lost
+        + F32; // acceleration step
 }
 impl Payload for DemandTrace {
     const NAME: &'static str = "DemandTrace";

@@ -414,6 +414,9 @@ pub struct Feedback {
     pub following_error: PerAxis<u32>,
     /// Set-points that broke a limit since boot (each was stopped before it was sent).
     pub limit_violations: u32,
+    /// Greatest step of acceleration since the last message, rad/s² of a motor shaft: where a cubic
+    /// segment began because its knot brought no acceleration. 0 with quintic segments.
+    pub acceleration_step: f32,
     /// Cyclic messages lost since the lease began.
     pub lost: u32,
 }

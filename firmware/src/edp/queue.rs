@@ -59,9 +59,16 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             velocity: motion.velocity,
             acceleration: has_acceleration.then_some(motion.acceleration),
         };
-        interpolator
+        let accepted = interpolator
             .push(knot, now.0)
             .map_err(|e| from_push(&e, self.mode.into()))?;
+        if !has_acceleration {
+            for step in accepted.acceleration_step {
+                if step > self.acceleration_step {
+                    self.acceleration_step = step;
+                }
+            }
+        }
         self.last_knot_at = at;
         self.queue_end = motion.position;
         Ok(())

@@ -136,6 +136,7 @@ fn feedback() -> impl Strategy<Value = Feedback> {
         current_ma: tail.2,
         following_error: tail.3,
         limit_violations: head.0[4],
+        acceleration_step: f32::from_bits(head.0[4] & 0x3FFF_FFFF),
         lost: head.0[5],
     })
 }

@@ -185,6 +185,7 @@ fn the_greatest_sizes_are_reached() {
         current_ma: full(i16::MIN),
         following_error: full(u32::MAX),
         limit_violations: u32::MAX,
+        acceleration_step: f32::MAX,
         lost: u32::MAX,
     };
     // Causes' codes are below 128 now, but may take three bytes one day.

@@ -92,6 +92,7 @@ pub(super) fn feedbacks() -> Named<Feedback> {
         current_ma: each(&[]),
         following_error: each(&[]),
         limit_violations: 0,
+        acceleration_step: 0.0,
         lost: 0,
     };
     let moving = Feedback {

@@ -402,6 +402,7 @@ impl Peer {
             following_error: units.iter().map(|_| 0).collect(),
             demand: units,
             limit_violations: 0,
+            acceleration_step: 0.0,
             lost: 0,
         }
     }
