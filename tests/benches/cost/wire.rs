@@ -92,7 +92,6 @@ fn feedback() -> Feedback {
         following_error: (0..6).map(|k| 100 * k).collect(),
         limit_violations: 0,
         acceleration_step: 0.0,
-        acceleration_step: 0.0,
         lost: 0,
     }
 }
