@@ -25,6 +25,8 @@ use stuffing::Stuffing;
 
 /// CRC delimiter, acknowledge, its delimiter, end of frame, interframe space.
 const TRAILER: u32 = 1 + 1 + 1 + 7 + 3;
+/// Bits of the CRC of a classical frame.
+const CRC: u32 = 15;
 
 /// The format of the identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -214,7 +216,10 @@ fn exact_classic(frame: &Frame) -> Bits {
     let data = frame.data();
     // SOF to data, right aligned: at most 39 + 64 bits.
     let mut payload = [0; 8];
-    payload.iter_mut().zip(data).for_each(|(to, byte)| *to = *byte);
+    payload
+        .iter_mut()
+        .zip(data)
+        .for_each(|(to, byte)| *to = *byte);
     let length = dlc(data.len());
     let unused = 64 - 8 * length;
     let head = u128::from(header << 4 | u64::from(length));

@@ -92,7 +92,12 @@ impl Queue {
         // Frames posted at the same time are common: as long as one of the earliest waits, it is
         // that time still.
         let earliest = self.earliest_ns;
-        if !self.waiting.iter().rev().any(|waiting| Some(waiting.posted_ns) == earliest) {
+        if !self
+            .waiting
+            .iter()
+            .rev()
+            .any(|waiting| Some(waiting.posted_ns) == earliest)
+        {
             self.earliest_ns = self.waiting.iter().map(|waiting| waiting.posted_ns).min();
         }
         if self.waiting.is_empty() {

@@ -92,7 +92,10 @@ const CRC_TABLE: [u16; 256] = {
 /// The CRC register one byte further.
 fn crc_byte(register: u16, byte: u8) -> u16 {
     let [high, low] = register.to_be_bytes();
-    let entry = CRC_TABLE.get(usize::from(high ^ byte)).copied().unwrap_or(0);
+    let entry = CRC_TABLE
+        .get(usize::from(high ^ byte))
+        .copied()
+        .unwrap_or(0);
     u16::from(low) << 8 ^ entry
 }
 
@@ -147,7 +150,10 @@ impl Stuffing {
         let bytes = (front(bits) | stream).to_be_bytes();
         let used = usize::try_from(bits.div_ceil(8)).unwrap_or(bytes.len());
         let skip = bytes.len().saturating_sub(used);
-        bytes.iter().skip(skip).fold(Self::START, |stuffing, byte| stuffing.byte(*byte))
+        bytes
+            .iter()
+            .skip(skip)
+            .fold(Self::START, |stuffing, byte| stuffing.byte(*byte))
     }
 
     /// Eight bits further.
