@@ -76,8 +76,11 @@ impl Linked {
 
 impl Programs<6> for Linked {
     fn begin(&mut self, program: u16, _: f64) -> bool {
-        self.0.begin();
-        program == 1
+        let known = program == 1;
+        if known {
+            self.0.begin();
+        }
+        known
     }
 
     fn step(&mut self, x: &Input<EcpOf<6>>) -> Step<Demand<6>> {

@@ -5,7 +5,7 @@
 
 #[path = "01_own_generator.rs"]
 #[expect(dead_code, reason = "its own main")]
-mod own_generator;
+pub(crate) mod own_generator;
 
 use agent::args::{E, F};
 use agent::{Class, Generator, Move, X};
@@ -46,18 +46,13 @@ impl Generator<MpSubsystem> for Nod {
             begin: x.i() + self.lead,
             sent: 0,
         };
-        let Some(from) = image.demanded_joints() else {
-            return (
-                c,
-                Commands::give_up(Failure::Lost {
-                    who: image.who(),
-                    span_ms: 0,
-                }),
-            );
-        };
-        c.from = from;
-        let y = self.next(&mut c, x);
-        (c, y)
+        if let Some(from) = image.demanded_joints() {
+            c.from = from;
+            let y = self.next(&mut c, x);
+            return (c, y);
+        }
+        let (who, span_ms) = (image.who(), 0);
+        (c, Commands::give_up(Failure::Lost { who, span_ms }))
     }
 
     fn next(&self, c: &mut Own, x: X<'_, MpSubsystem, Self::Args>) -> Commands {
@@ -102,13 +97,9 @@ pub(crate) fn example() -> Result<String> {
     world.get_ready()?;
     let on_the_node = own_generator::run(&mut world)?;
     let on_the_mp = run(&mut world)?;
-    let nod = Nod {
-        grid: world.mp.grid(),
-        lead: 0,
-    };
     Ok(format!(
         "Move by {}\n{}\n{}\napart by {:.1} mrad at most, {} faults\n",
-        Class::of_generator(&nod),
+        Class::generator::<MpSubsystem, Nod>(),
         summary("wrist by the node", &on_the_node),
         summary("wrist by the MP  ", &on_the_mp),
         1e3 * apart(&on_the_node, &on_the_mp),

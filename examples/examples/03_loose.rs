@@ -63,8 +63,11 @@ impl<R: Robot<N> + Copy, const N: usize> Play<R, N> {
 
 impl<R: Robot<N> + Copy, const N: usize> Programs<N> for Play<R, N> {
     fn begin(&mut self, program: u16, _: f64) -> bool {
-        Behaviour::<EcpOf<N>>::begin(&mut self.0);
-        program == 1
+        let known = program == 1;
+        if known {
+            Behaviour::<EcpOf<N>>::begin(&mut self.0);
+        }
+        known
     }
 
     fn step(&mut self, x: &Input<EcpOf<N>>) -> Step<Demand<N>> {
@@ -127,7 +130,7 @@ pub(crate) fn example() -> Result<String> {
         Class::condition::<EcpOf<6>, Decided>(),
         Class::condition::<MpSubsystem, Through>(),
     );
-    for k in 0..ACTS.len() {
+    for (k, label) in LABELS.iter().enumerate() {
         let decided_s = world.now_s();
         let mut through_s = [None; 2];
         world.watch(act(k), |world| {
@@ -142,9 +145,8 @@ pub(crate) fn example() -> Result<String> {
         let next = world.now_s() - decided_s;
         writeln!(
             text,
-            "act {}: track through after {track:.2} s, postument after {postument:.2} s, \
-             both after {next:.2} s",
-            LABELS[k]
+            "act {label}: track through after {track:.2} s, postument after {postument:.2} s, \
+             both after {next:.2} s"
         )?;
     }
     world.run(Box::new(Wait::new(AllDone { robots: vec![0, 1] })))?;

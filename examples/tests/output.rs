@@ -2,10 +2,6 @@
 //!
 //! `BLESS=1 cargo test -p mrroc-examples` accepts what is printed now into the `.out` files.
 
-#[path = "../examples/01_own_generator.rs"]
-#[expect(dead_code, reason = "its main")]
-mod own_generator;
-
 #[path = "../examples/02_same_generator_on_the_mp.rs"]
 #[expect(dead_code, reason = "its main")]
 mod same_generator_on_the_mp;
@@ -18,6 +14,7 @@ mod loose;
 #[expect(dead_code, reason = "its main")]
 mod tight;
 
+use same_generator_on_the_mp::own_generator;
 use std::fs;
 use std::path::Path;
 
