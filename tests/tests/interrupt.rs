@@ -36,7 +36,7 @@ fn an_interrupt_stops_on_the_path() {
     assert!(sent.success());
     let output = running.finish();
     assert_eq!(output.code, Some(12), "{output:?}");
-    assert_eq!(output.stderr, "mrroc: step `turn`: stopped by the operator\n");
+    assert_eq!(output.stderr, "mrroc: step \"turn\": stopped by the operator (Path)\n");
     let summary = output.json();
     assert_eq!(summary["ok"], false);
     assert!(summary["error"].as_str().unwrap().contains("stopped by the operator"), "{summary}");

@@ -7,6 +7,7 @@ mod commands;
 mod kin;
 mod monitor;
 mod observe;
+mod record;
 mod report;
 mod run;
 mod world;

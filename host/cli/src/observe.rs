@@ -1,7 +1,7 @@
 //! Looking on: what a run is measured, recorded and drawn by. Observers see frames and the true
 //! mechanics; they take no part.
 
-use bus::candump;
+use crate::record::Recorder;
 use hil_sim::cell::Observer;
 use host::error::Error;
 use host::mp::arm::{Arm, motor_angles, unit_rad};
@@ -16,9 +16,7 @@ use protocol::message::{Feedback, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A plot keeps one sample in this many SYNCs: 50 a second at 2 ms.
 const PLOT_EVERY: u32 = 10;
@@ -224,14 +222,6 @@ fn raise(worst: &mut Option<f64>, value: Option<f64>) {
     }
 }
 
-/// Writes what went over the buses.
-struct Recorder {
-    path: PathBuf,
-    names: Vec<String>,
-    writer: candump::Writer<BufWriter<File>>,
-    failed: Option<std::io::Error>,
-}
-
 /// Everything that looks on.
 pub(crate) struct Observers {
     link: Endpoint<64>,
@@ -247,21 +237,7 @@ impl Observers {
         record: Option<&Path>,
         plot: bool,
     ) -> Result<Self, Error> {
-        let recorder = record
-            .map(|path| {
-                let file = File::create(path).map_err(|source| Error::Create {
-                    path: path.into(),
-                    source,
-                })?;
-                let writer = candump::Writer::new(BufWriter::new(file));
-                Ok::<_, Error>(Recorder {
-                    path: path.into(),
-                    names,
-                    writer,
-                    failed: None,
-                })
-            })
-            .transpose()?;
+        let recorder = record.map(|path| Recorder::create(path, names)).transpose()?;
         Ok(Self {
             link: Endpoint::new(NodeId::MP, Role::Observer, Mtu::Fd),
             robots: images
@@ -318,19 +294,23 @@ impl Observers {
         }
     }
 
+    /// A frame of a bus, for the record.
+    pub(crate) fn record(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.frame(bus, at_ns, frame);
+        }
+    }
+
+    /// Time has passed on every bus.
+    pub(crate) fn passed(&mut self) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.passed();
+        }
+    }
+
     /// Finish the record.
     pub(crate) fn close(&mut self) -> Result<(), Error> {
-        let Some(mut recorder) = self.recorder.take() else {
-            return Ok(());
-        };
-        let flushed = recorder.writer.flush();
-        match recorder.failed.take().map_or(flushed, Err) {
-            Ok(()) => Ok(()),
-            Err(source) => Err(Error::Write {
-                path: recorder.path,
-                source,
-            }),
-        }
+        self.recorder.take().map_or(Ok(()), Recorder::close)
     }
 
     /// What can be drawn.
@@ -350,15 +330,9 @@ impl Observers {
 
 impl Observer for Observers {
     fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
-        let at = Micros(at_ns / 1000);
-        if let Some(recorder) = &mut self.recorder {
-            let name = recorder.names.get(bus).map_or("bus", String::as_str);
-            if let Err(error) = recorder.writer.write(at, name, frame) {
-                recorder.failed.get_or_insert(error);
-            }
-        }
+        self.record(bus, at_ns, frame);
         if bus == 0 {
-            self.mp_frame(at, frame);
+            self.mp_frame(Micros(at_ns / 1000), frame);
         }
     }
 

@@ -6,7 +6,7 @@ use bus::spec::BusSpec;
 use bus::wire::{Kind, Statistics};
 use bus::{Bus, BusError};
 use firmware::Station;
-use hil_sim::cell::{Cell as SimCell, CellError};
+use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
 use host::task::{BusKind, Cell};
 use protocol::frame::Frame;
@@ -133,6 +133,7 @@ impl World for Virtual {
         rx: &mut Vec<(Micros, Frame)>,
     ) -> Result<(), Error> {
         self.cell.advance(until, observers);
+        observers.passed();
         rx.extend(self.cell.receive());
         if let Some(start) = self.pace {
             let due = start + Duration::from_micros(until.0);
@@ -168,6 +169,8 @@ pub(crate) struct Remote {
     bus: Box<dyn Bus>,
     name: String,
     frames: u64,
+    /// Sent since time last passed: a transport does not return one's own frames.
+    sent: Vec<(Micros, Frame)>,
 }
 
 impl Remote {
@@ -177,6 +180,7 @@ impl Remote {
             bus: open_bus(spec)?,
             name: spec.to_string(),
             frames: 0,
+            sent: Vec::new(),
         })
     }
 }
@@ -234,13 +238,17 @@ impl World for Remote {
         observers: &mut Observers,
         rx: &mut Vec<(Micros, Frame)>,
     ) -> Result<(), Error> {
+        for (at, frame) in self.sent.drain(..) {
+            observers.record(0, at.0 * 1000, &frame);
+        }
         loop {
             while let Some(received) = self.bus.receive().map_err(|e| bus_error(&e))? {
                 self.frames += 1;
-                observers.mp_frame(received.at, &received.frame);
+                observers.frame(0, received.at.0 * 1000, &received.frame);
                 rx.push((received.at, received.frame));
             }
             if bus::now() >= until {
+                observers.passed();
                 return Ok(());
             }
             self.bus.wait(until).map_err(|e| bus_error(&e))?;

@@ -172,10 +172,10 @@ impl Cell {
     }
 
     fn default_drives(&mut self, robot: &str, kind: RobotKind) -> Vec<DriveGroup> {
-        (1..)
+        (0..)
             .zip(drive_groups(kind))
             .map(|(number, axes)| DriveGroup {
-                bus: self.bus_or_new(BusSpec::classic(format!("{robot}-drives-{number}"))),
+                bus: self.bus_or_new(BusSpec::classic(format!("{robot}.{number}"))),
                 axes: axes.to_vec(),
             })
             .collect()

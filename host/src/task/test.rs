@@ -36,9 +36,9 @@ fn defaults_make_a_whole_cell() {
         names,
         [
             "mp",
-            "irp6-track-drives-1",
-            "irp6-track-drives-2",
-            "irp6-postument-drives-1"
+            "irp6-track.0",
+            "irp6-track.1",
+            "irp6-postument.0"
         ]
     );
     assert_eq!(cell.buses[0], BusSpec::fd("mp"));
