@@ -95,7 +95,7 @@ impl fmt::Display for KinematicError {
                 upper,
             } => write!(
                 f,
-                "{} of axis {axis} ({name}) would be {value}, allowed {lower} to {upper}",
+                "{} of axis {axis} ({name}) would be {value:?}, allowed {lower} to {upper}",
                 quantity.name()
             ),
         }

@@ -148,7 +148,7 @@ struct MoveArgs {
     #[arg(long)]
     relative: bool,
     /// Fraction (0, 1] of the robot's speed ceilings.
-    #[arg(long, value_parser = fraction)]
+    #[arg(long, allow_negative_numbers = true, value_parser = fraction)]
     speed: Option<f64>,
     #[command(flatten)]
     common: Common,

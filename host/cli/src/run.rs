@@ -69,6 +69,7 @@ fn connect(
 pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<Finished, Error> {
     for plot in &options.plots {
         plot::check_name(plot)?;
+        check_directory(plot)?;
     }
     let (cell, seed, title) = (task.cell.clone(), task.seed, task.title.clone());
     let mut config = config_of(&cell)
@@ -130,6 +131,17 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         summary,
         exit_code: failure.map_or(exit::OK, |e| e.exit_code()),
     })
+}
+
+/// A picture is written when everything is over; that its directory is missing is told before.
+fn check_directory(path: &Path) -> Result<(), Error> {
+    let directory = path.parent().filter(|d| !d.as_os_str().is_empty());
+    match directory {
+        Some(directory) if !directory.is_dir() => {
+            Err(Error::create(path, std::io::ErrorKind::NotFound.into()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Couple the run with the world until it ends; Ctrl-C stops it on the path.
