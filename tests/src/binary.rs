@@ -21,14 +21,28 @@ pub fn mrroc() -> &'static Path {
     MRROC.get_or_init(|| {
         let exe = std::env::current_exe().expect("a test knows its own file");
         // <target>/<profile>/deps/<test>
-        let profile = exe.ancestors().nth(2).expect("tests run from a target directory");
-        let target = profile.parent().expect("a profile is inside a target directory");
+        let profile = exe
+            .ancestors()
+            .nth(2)
+            .expect("tests run from a target directory");
+        let target = profile
+            .parent()
+            .expect("a profile is inside a target directory");
         let name = match profile.file_name().and_then(|name| name.to_str()) {
             Some("debug") | None => "dev",
             Some(name) => name,
         };
         let status = Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--package", "mrroc", "--bin", "mrroc", "--profile", name])
+            .args([
+                "build",
+                "--quiet",
+                "--package",
+                "mrroc",
+                "--bin",
+                "mrroc",
+                "--profile",
+                name,
+            ])
             .arg("--target-dir")
             .arg(target)
             .current_dir(workspace())
@@ -87,7 +101,11 @@ pub fn start<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Ru
         .expect("mrroc starts");
     let stdout = collect(child.stdout.take().expect("piped"));
     let stderr = collect(child.stderr.take().expect("piped"));
-    Running { child, stdout, stderr }
+    Running {
+        child,
+        stdout,
+        stderr,
+    }
 }
 
 /// Runs `mrroc` to its end.
@@ -111,7 +129,10 @@ impl Running {
     /// # Panics
     /// If the system does not say.
     pub fn has_ended(&mut self) -> bool {
-        self.child.try_wait().expect("a child can be asked").is_some()
+        self.child
+            .try_wait()
+            .expect("a child can be asked")
+            .is_some()
     }
 
     /// Waits for its end.
@@ -132,7 +153,11 @@ impl Running {
         let code = self.child.wait().expect("it has ended").code();
         let stdout = self.stdout.join().expect("its output was read");
         let stderr = self.stderr.join().expect("its errors were read");
-        Output { code, stdout, stderr }
+        Output {
+            code,
+            stdout,
+            stderr,
+        }
     }
 }
 

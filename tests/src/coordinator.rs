@@ -56,7 +56,8 @@ impl Coordinator {
             velocity_factor: FACTOR,
             one_wire: false,
         };
-        cell.add(kind, &station, drive_buses(kind), seed).expect("a cell of one robot");
+        cell.add(kind, &station, drive_buses(kind), seed)
+            .expect("a cell of one robot");
         Self {
             cell,
             watch: Watch::new(kind, 1, law, FACTOR, 1, drive_buses(kind)),
@@ -95,24 +96,33 @@ impl Coordinator {
         let mut frames = Vec::new();
         if self.epoch != 0 && self.talks {
             self.sequence = self.sequence.wrapping_add(1);
-            let coordination =
-                self.knots.pop_front().map_or(Coordination::None, Coordination::Tight);
+            let coordination = self
+                .knots
+                .pop_front()
+                .map_or(Coordination::None, Coordination::Tight);
             let command = Command {
                 epoch: self.epoch,
                 sequence: self.sequence,
                 valid_until: self.cell.now() + Micros(50_000),
                 coordination,
             };
-            let sent = self.link.send_command(self.node, &command, &mut |f| frames.push(f));
+            let sent = self
+                .link
+                .send_command(self.node, &command, &mut |f| frames.push(f));
             sent.expect("a cyclic message");
         }
         for frame in frames {
             self.cell.send(frame);
         }
-        self.cell.advance(self.cell.now() + MACROSTEP, &mut self.watch);
+        self.cell
+            .advance(self.cell.now() + MACROSTEP, &mut self.watch);
         let received: Vec<_> = self.cell.receive().collect();
         for (at, frame) in received {
-            match self.link.receive(&frame, at).map(|incoming| incoming.message) {
+            match self
+                .link
+                .receive(&frame, at)
+                .map(|incoming| incoming.message)
+            {
                 Some(Message::Feedback(f)) => self.feedback = Some(f),
                 Some(Message::Reply { reply, .. }) => self.reply = Some(reply),
                 _ => {}
@@ -126,7 +136,9 @@ impl Coordinator {
     /// Without a reply.
     pub fn request(&mut self, request: &Request) -> Reply {
         let mut frames = Vec::new();
-        let sent = self.link.send_request(self.node, request, &mut |f| frames.push(f));
+        let sent = self
+            .link
+            .send_request(self.node, request, &mut |f| frames.push(f));
         sent.expect("a request");
         for frame in frames {
             self.cell.send(frame);
@@ -167,8 +179,14 @@ impl Coordinator {
     /// If the node refuses.
     pub fn acquire(&mut self) {
         self.talks = true;
-        let reply = self.request(&Request::Acquire { nonce: 1, lease_ms: 100, takeover: false });
-        let Reply::Lease { epoch } = reply else { panic!("{reply:?}") };
+        let reply = self.request(&Request::Acquire {
+            nonce: 1,
+            lease_ms: 100,
+            takeover: false,
+        });
+        let Reply::Lease { epoch } = reply else {
+            panic!("{reply:?}")
+        };
         self.epoch = epoch;
         self.next_id = 0;
         self.accepted(|epoch| Request::Trace { epoch, every: 1 });
@@ -202,7 +220,12 @@ impl Coordinator {
     pub fn begin(&mut self, instruction: Instruction) -> Reply {
         self.next_id += 1;
         let (id, epoch) = (self.next_id, self.epoch);
-        self.request(&Request::Execute { epoch, id, start_at: Micros(0), instruction })
+        self.request(&Request::Execute {
+            epoch,
+            id,
+            start_at: Micros(0),
+            instruction,
+        })
     }
 
     /// Carries out an instruction.
@@ -225,7 +248,12 @@ impl Coordinator {
         self.wait(what, 120.0, |f| {
             f.instruction == id && !matches!(f.progress, Progress::Pending | Progress::Running)
         });
-        assert_eq!(self.feedback().progress, Progress::Done, "{what}: {:?}", self.feedback());
+        assert_eq!(
+            self.feedback().progress,
+            Progress::Done,
+            "{what}: {:?}",
+            self.feedback()
+        );
         let rest = [NodeState::Holding, NodeState::Unsynchronised];
         self.wait("rest", 10.0, |f| rest.contains(&f.state));
     }
@@ -253,7 +281,10 @@ impl Coordinator {
     pub fn stop(&mut self, kind: StopKind) {
         self.accepted(|_| Request::Stop { kind });
         self.wait("stopped", 10.0, |f| {
-            !matches!(f.state, NodeState::Moving | NodeState::Stopping | NodeState::Synchronising)
+            !matches!(
+                f.state,
+                NodeState::Moving | NodeState::Stopping | NodeState::Synchronising
+            )
         });
     }
 

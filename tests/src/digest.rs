@@ -58,7 +58,11 @@ pub struct Record {
 
 impl Default for Record {
     fn default() -> Self {
-        Self { text: Vec::with_capacity(256), fnv: Fnv::default(), frames: 0 }
+        Self {
+            text: Vec::with_capacity(256),
+            fnv: Fnv::default(),
+            frames: 0,
+        }
     }
 }
 
@@ -74,11 +78,8 @@ impl Observer for Record {
     fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
         self.frames += 1;
         self.text.clear();
-        let written = Writer::new(&mut self.text).write(
-            Micros(at_ns / 1000),
-            &format!("bus{bus}"),
-            frame,
-        );
+        let written =
+            Writer::new(&mut self.text).write(Micros(at_ns / 1000), &format!("bus{bus}"), frame);
         debug_assert!(written.is_ok(), "memory takes everything");
         let _ = io::Write::write(&mut self.fnv, &self.text);
     }

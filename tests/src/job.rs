@@ -41,7 +41,10 @@ pub fn run(task: Task, observer: &mut impl Observer) -> (Option<RunError>, Cell)
     let classic = task.cell.buses.iter().zip(0..).any(|(bus, index)| {
         bus.kind == BusKind::Classic && task.cell.robots.iter().any(|r| r.mp_bus == index)
     });
-    assert!(!classic, "tasks of the tests have a CAN FD bus towards the MP");
+    assert!(
+        !classic,
+        "tasks of the tests have a CAN FD bus towards the MP"
+    );
     let mut cell = Cell::new(Kind::Fd);
     for (spec, known) in task.cell.robots.iter().zip(&config.robots) {
         let station = Station {
@@ -58,13 +61,18 @@ pub fn run(task: Task, observer: &mut impl Observer) -> (Option<RunError>, Cell)
                 buses[*axis] = number;
             }
         }
-        cell.add(spec.kind, &station, &buses, task.seed).expect("a cell that can be built");
+        cell.add(spec.kind, &station, &buses, task.seed)
+            .expect("a cell that can be built");
     }
     let mut run = Run::new(task, None, config, 1).expect("a configuration that can be used");
     let mut tx = Vec::new();
     loop {
         let now = cell.now();
-        assert!(now < LONGEST, "the task hangs in step {:?}", run.current_step());
+        assert!(
+            now < LONGEST,
+            "the task hangs in step {:?}",
+            run.current_step()
+        );
         let rx: Vec<_> = cell.receive().collect();
         let status = run.step(now, rx, &mut |frame| tx.push(frame));
         for frame in tx.drain(..) {

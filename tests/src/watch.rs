@@ -13,6 +13,7 @@ mod axis;
 pub use axis::{Breach, Quantity, Worst};
 
 use axis::{Axis, History};
+use bus::candump::Reader;
 use hil_sim::cell::Observer;
 use host::mp::arm::arm;
 use protocol::frame::{Frame, Id};
@@ -22,6 +23,9 @@ use protocol::message::{DemandTrace, Feedback, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::RobotKind;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
 
 /// CiA 301: the identifiers of SYNC, TPDO1, RPDO1 and RPDO2 (plus the number of the drive).
 const SYNC: u16 = 0x080;
@@ -80,7 +84,11 @@ impl Watch {
             first_bus,
             buses: buses.to_vec(),
             drive_position: law == ServoLaw::DrivePosition,
-            axes: arm.axes().iter().map(|axis| Axis::new(axis, factor, ts)).collect(),
+            axes: arm
+                .axes()
+                .iter()
+                .map(|axis| Axis::new(axis, factor, ts))
+                .collect(),
             feedback: None,
             trace_step: None,
             trace: None,
@@ -99,7 +107,9 @@ impl Watch {
 
     /// Begin to look for the greatest values anew.
     pub fn forget_worst(&mut self) {
-        self.axes.iter_mut().for_each(|axis| axis.worst = Worst::default());
+        self.axes
+            .iter_mut()
+            .for_each(|axis| axis.worst = Worst::default());
     }
 
     /// The greatest jerk of an axis that its set-points show, without their resolution, rad/s³.
@@ -113,9 +123,18 @@ impl Watch {
     /// # Panics
     /// If not.
     pub fn assert_kept(&self, what: &str) {
-        assert!(self.steps > 500, "{what}: only {} steps to look at", self.steps);
+        assert!(
+            self.steps > 500,
+            "{what}: only {} steps to look at",
+            self.steps
+        );
         assert_eq!(self.breaches, 0, "{what}: {:#?}", self.first);
-        assert!(self.gaps * 100 <= self.steps, "{what}: {} of {} lost", self.gaps, self.steps);
+        assert!(
+            self.gaps * 100 <= self.steps,
+            "{what}: {} of {} lost",
+            self.gaps,
+            self.steps
+        );
     }
 
     fn drive_frame(&mut self, bus: usize, at_ns: u64, id: u16, data: &[u8]) {
@@ -159,7 +178,13 @@ impl Watch {
             self.breaches += found.len() as u64;
             for (quantity, value, limit) in found.drain(..) {
                 if self.first.len() < KEPT {
-                    self.first.push(Breach { at_ns, axis: k, quantity, value, limit });
+                    self.first.push(Breach {
+                        at_ns,
+                        axis: k,
+                        quantity,
+                        value,
+                        limit,
+                    });
                 }
             }
         }
@@ -173,7 +198,11 @@ impl Watch {
                     let homed = feedback.synchronised & (1 << k) != 0;
                     if homed && feedback.state == NodeState::Holding && axis.zero.is_none() {
                         // homing ends at motor angle 0
-                        axis.zero = if self.drive_position { axis.history.last() } else { Some(0) };
+                        axis.zero = if self.drive_position {
+                            axis.history.last()
+                        } else {
+                            Some(0)
+                        };
                     }
                 }
                 self.feedback = Some(feedback);
@@ -185,16 +214,25 @@ impl Watch {
 
     /// A published demand counts once the next one shows that torque stayed on.
     fn traced(&mut self, at_ns: u64, trace: DemandTrace) {
-        let expected = self.trace_step.replace(trace.step).map(|last| last.wrapping_add(1));
+        let expected = self
+            .trace_step
+            .replace(trace.step)
+            .map(|last| last.wrapping_add(1));
         let whole = expected.is_none_or(|expected| expected == trace.step);
         self.gaps += u64::from(!whole);
-        let homing =
-            self.feedback.as_ref().is_some_and(|f| f.state == NodeState::Synchronising);
+        let homing = self
+            .feedback
+            .as_ref()
+            .is_some_and(|f| f.state == NodeState::Synchronising);
         let torque: Vec<bool> = self.axes.iter().map(Axis::has_torque).collect();
         let before = self.trace.replace((trace, torque.clone()));
         let Some((before, had)) = before else { return };
         let mut checked = false;
-        let each = self.axes.iter_mut().zip(&before.demand).zip(had.iter().zip(&torque));
+        let each = self
+            .axes
+            .iter_mut()
+            .zip(&before.demand)
+            .zip(had.iter().zip(&torque));
         for (k, ((axis, demand), (had, has))) in each.enumerate() {
             if !(whole && *had && *has) {
                 axis.history = History::default();
@@ -208,7 +246,13 @@ impl Watch {
             for (quantity, value, limit) in axis.push(demand) {
                 self.breaches += 1;
                 if self.first.len() < KEPT {
-                    self.first.push(Breach { at_ns, axis: k, quantity, value, limit });
+                    self.first.push(Breach {
+                        at_ns,
+                        axis: k,
+                        quantity,
+                        value,
+                        limit,
+                    });
                 }
             }
         }
@@ -240,6 +284,28 @@ impl Observer for Watches {
             watch.frame(bus, at_ns, frame);
         }
     }
+}
+
+/// Did any drive of a record confirm operation (statusword in TPDO1)? Not if there is no record.
+///
+/// # Panics
+/// If the record is no candump log.
+#[must_use]
+pub fn ever_had_torque(record: &Path) -> bool {
+    let Ok(file) = File::open(record) else {
+        return false;
+    };
+    Reader::new(BufReader::new(file)).any(|entry| {
+        let entry = entry.expect("a record is a candump log");
+        let Id::Standard(id) = entry.frame.id() else {
+            return false;
+        };
+        let status = match entry.frame.data() {
+            [low, high, ..] => u16::from_le_bytes([*low, *high]),
+            _ => 0,
+        };
+        id & 0x780 == TPDO1 && status & OPERATION_ENABLED.0 == OPERATION_ENABLED.1
+    })
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! Every class of generators and conditions of the two papers has an inhabitant that is shipped.
 
+use agent::Class;
 use agent::args::Role;
 use agent::class::Kind;
-use agent::Class;
 
 fn inhabitants() -> Vec<(Class, &'static str)> {
-    let nodes = firmware::ecp::census::ECP.iter().map(|entry| (entry.class, entry.name));
+    let nodes = firmware::ecp::census::ECP
+        .iter()
+        .map(|entry| (entry.class, entry.name));
     nodes.chain(host::mp::census::census()).collect()
 }
 
@@ -42,7 +44,11 @@ fn the_command_prints_the_same_census() {
         let listed = rows.iter().any(|row| {
             row["class"] == class.to_string()
                 && row["level"] == level
-                && row["inhabitants"].as_array().unwrap().iter().any(|n| n == name)
+                && row["inhabitants"]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .any(|n| n == name)
         });
         assert!(listed, "{class}: {name}");
     }

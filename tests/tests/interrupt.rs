@@ -32,15 +32,31 @@ fn an_interrupt_stops_on_the_path() {
     std::thread::sleep(Duration::from_secs(4));
     assert!(!running.has_ended(), "{:?}", running.finish());
     let id = running.id().to_string();
-    let sent = std::process::Command::new("kill").args(["-INT", &id]).status().unwrap();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status()
+        .unwrap();
     assert!(sent.success());
     let output = running.finish();
     assert_eq!(output.code, Some(12), "{output:?}");
-    assert_eq!(output.stderr, "mrroc: step \"turn\": stopped by the operator (Path)\n");
+    assert_eq!(
+        output.stderr,
+        "mrroc: step \"turn\": stopped by the operator (Path)\n"
+    );
     let summary = output.json();
     assert_eq!(summary["ok"], false);
-    assert!(summary["error"].as_str().unwrap().contains("stopped by the operator"), "{summary}");
+    assert!(
+        summary["error"]
+            .as_str()
+            .unwrap()
+            .contains("stopped by the operator"),
+        "{summary}"
+    );
     let robot = &summary["robots"][0];
-    assert_eq!((&robot["faults"], &robot["limit_violations"]), (&0.into(), &0.into()), "{summary}");
+    assert_eq!(
+        (&robot["faults"], &robot["limit_violations"]),
+        (&0.into(), &0.into()),
+        "{summary}"
+    );
     assert!(summary["duration_s"].as_f64().unwrap() < 20.0);
 }

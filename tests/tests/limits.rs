@@ -3,10 +3,10 @@
 //! every kind of stop, and in the main job.
 
 use hil_sim::plant::random::SplitMix64;
+use host::task::Task;
 use mrroc_tests::coordinator::{Coordinator, FACTOR, speeds};
 use mrroc_tests::watch::{Watch, Watches};
 use mrroc_tests::{job, workspace};
-use host::task::Task;
 use protocol::fault::{Cause, Refusal};
 use protocol::message::{
     Instruction, KnotMessage, NodeState, PoseMessage, PosePath, PoseReference, PoseSpeeds, Reply,
@@ -36,7 +36,10 @@ fn motors(target: &[f64], speed: f32) -> Instruction {
 
 fn pose(position_m: [f64; 3], path: PosePath) -> Instruction {
     Instruction::MovePose {
-        target: PoseMessage { position_m, rotation_rad: [0.0, 0.0, 0.1] },
+        target: PoseMessage {
+            position_m,
+            rotation_rad: [0.0, 0.0, 0.1],
+        },
         reference: PoseReference::Tool,
         path,
         speeds: PoseSpeeds {
@@ -64,9 +67,18 @@ fn every_instruction(c: &mut Coordinator) {
     c.execute(pose([0.0, -0.03, 0.02], PosePath::Joint));
     c.execute(Instruction::Hold { duration_ms: 100 });
     let until = WireCondition::Settled { window_rad: 1.0 };
-    c.execute(Instruction::Wait { until, timeout_ms: 5000 });
-    let program = Instruction::Program { program: 9, argument: 0.0 };
-    assert_eq!(c.begin(program), Reply::Refused(Refusal::UnknownProgram { program: 9 }));
+    c.execute(Instruction::Wait {
+        until,
+        timeout_ms: 5000,
+    });
+    let program = Instruction::Program {
+        program: 9,
+        argument: 0.0,
+    };
+    assert_eq!(
+        c.begin(program),
+        Reply::Refused(Refusal::UnknownProgram { program: 9 })
+    );
 }
 
 /// Stops of a kind at random instants of a fast motion there and back.
@@ -88,14 +100,20 @@ fn stops(c: &mut Coordinator, kind: StopKind, random: &mut SplitMix64, times: u3
 
 /// The MP falls silent in the middle of a motion.
 fn lease_loss(c: &mut Coordinator, steps: u64) {
-    assert_eq!(c.begin(joints(&[0.9, 0.1, 0.0, -0.4, 0.5, 0.5], true, 1.0)), Reply::Accepted);
+    assert_eq!(
+        c.begin(joints(&[0.9, 0.1, 0.0, -0.4, 0.5, 0.5], true, 1.0)),
+        Reply::Accepted
+    );
     c.wait_for(NodeState::Moving);
     for _ in 0..steps {
         c.macrostep();
     }
     c.talks = false;
     c.wait_for(NodeState::Faulted);
-    assert_eq!(c.feedback().fault.map(|fault| fault.cause), Some(Cause::LeaseExpired));
+    assert_eq!(
+        c.feedback().fault.map(|fault| fault.cause),
+        Some(Cause::LeaseExpired)
+    );
     c.recover();
     c.execute(joints(&FRONT, false, 1.0));
 }
@@ -106,7 +124,10 @@ fn whole_life(law: ServoLaw, seed: u64, stop_count: u32) {
     let mut c = Coordinator::new(RobotKind::Irp6Postument, law, seed);
     c.enable();
     c.execute(motors(&[8.0, -5.0, 4.0, 6.0, -3.0, 10.0], 0.5));
-    assert_eq!(c.begin(motors(&[30.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.5)), Reply::Accepted);
+    assert_eq!(
+        c.begin(motors(&[30.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.5)),
+        Reply::Accepted
+    );
     c.wait_for(NodeState::Moving);
     c.stop(StopKind::Path);
     c.recover();
@@ -119,7 +140,12 @@ fn whole_life(law: ServoLaw, seed: u64, stop_count: u32) {
     assert_eq!(c.feedback().limit_violations, 0, "{what}");
     assert_eq!(c.cell.refused(), [], "{what}");
     // it was really looked at, and really moved
-    let fastest = c.watch.worst().iter().map(|w| w.velocity).fold(0.0, |a, b| if b > a { b } else { a });
+    let fastest = c
+        .watch
+        .worst()
+        .iter()
+        .map(|w| w.velocity)
+        .fold(0.0, |a, b| if b > a { b } else { a });
     assert!(fastest > 0.5, "{what}: {:?}", c.watch.worst());
 }
 
@@ -170,7 +196,11 @@ fn knots(from: &[f64], span: f64, count: u32, whole: bool) -> Vec<KnotMessage> {
             KnotMessage {
                 at: Micros(0),
                 space: Space::Motors,
-                position: from.iter().zip(each()).map(|(from, way)| from + way * p).collect(),
+                position: from
+                    .iter()
+                    .zip(each())
+                    .map(|(from, way)| from + way * p)
+                    .collect(),
                 velocity: each().map(|way| narrow(way * v)).collect(),
                 acceleration: if whole {
                     each().map(|way| narrow(way * a)).collect()
@@ -194,8 +224,11 @@ fn follow(c: &mut Coordinator, span: f64, count: u32, whole: bool) -> f64 {
         core::f64::consts::TAU / (turn * 1000.0)
     };
     let demand = c.feedback().demand.clone();
-    let from: Vec<f64> =
-        demand.iter().enumerate().map(|(axis, units)| f64::from(*units) * unit(axis)).collect();
+    let from: Vec<f64> = demand
+        .iter()
+        .enumerate()
+        .map(|(axis, units)| f64::from(*units) * unit(axis))
+        .collect();
     let knots = knots(&from, span, count, whole);
     c.watch.forget_worst();
     c.follow(|k| knots.get(usize::try_from(k).unwrap() - 1).cloned());
@@ -215,12 +248,18 @@ fn knots_are_joined_without_steps_of_velocity_or_acceleration() {
     // resolution of the column: 4q/Ts³, and q/Ts³ for what the knots lose as f32
     let resolution = 5.0 * core::f64::consts::TAU / 4.0e6 / (0.002 * 0.002 * 0.002);
     let seen = follow(&mut c, span, count, true);
-    assert!(seen < derivative + resolution, "{seen} > {derivative} + {resolution}");
+    assert!(
+        seen < derivative + resolution,
+        "{seen} > {derivative} + {resolution}"
+    );
     // without acceleration, segments are cubic: continuous in velocity, steps of acceleration. For
     // the same knots these are at most h²/6 times the fourth derivative, 360·D/T⁴, for each side.
     let seen = follow(&mut c, -span, count, false);
     let step = 2.0 * 0.02 * 0.02 / 6.0 * 360.0 * span / (period * period * period * period);
-    assert!(seen < derivative + resolution + step / 0.002, "{seen}: {step}");
+    assert!(
+        seen < derivative + resolution + step / 0.002,
+        "{seen}: {step}"
+    );
     c.watch.assert_kept("knots");
     assert_eq!(c.feedback().fault, None);
     assert_eq!(c.feedback().limit_violations, 0);
@@ -237,7 +276,9 @@ fn the_main_job() {
             group.axes.iter().for_each(|axis| buses[*axis] = number);
         }
         assert!((spec.velocity_factor - FACTOR).abs() < 1e-12);
-        watches.push(Watch::new(spec.kind, j, spec.servo, FACTOR, first_bus, &buses));
+        watches.push(Watch::new(
+            spec.kind, j, spec.servo, FACTOR, first_bus, &buses,
+        ));
         first_bus += spec.drives.len();
     }
     let mut watches = Watches(watches);

@@ -18,17 +18,27 @@ fn job() -> &'static Job {
     static JOB: OnceLock<Job> = OnceLock::new();
     JOB.get_or_init(|| {
         let files = Scratch::new("summary");
-        let mut arguments: Vec<std::ffi::OsString> = vec!["run".into(), "tasks/two-arms.toml".into()];
+        let mut arguments: Vec<std::ffi::OsString> =
+            vec!["run".into(), "tasks/two-arms.toml".into()];
         arguments.extend(["--json", "-q"].map(Into::into));
-        for (flag, name) in [("--plot", "job.svg"), ("--plot", "job.png"), ("--record", "job.log")] {
+        for (flag, name) in [
+            ("--plot", "job.svg"),
+            ("--plot", "job.png"),
+            ("--record", "job.log"),
+        ] {
             arguments.extend([flag.into(), files.path(name).into()]);
         }
-        Job { output: binary::run(arguments), files }
+        Job {
+            output: binary::run(arguments),
+            files,
+        }
     })
 }
 
 fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
+    value[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key}: {value}"))
 }
 
 #[test]
@@ -50,10 +60,17 @@ fn the_summary_says_all_that_matters() {
     assert_eq!(robots.len(), ROBOTS.len());
     for (robot, name) in robots.iter().zip(ROBOTS) {
         assert_eq!(robot["name"], name);
-        assert_eq!((&robot["faults"], &robot["limit_violations"]), (&0.into(), &0.into()), "{robot}");
+        assert_eq!(
+            (&robot["faults"], &robot["limit_violations"]),
+            (&0.into(), &0.into()),
+            "{robot}"
+        );
         // a servo step is 2 ms; the last feedback is at most a few macrosteps old
         let steps = number(robot, "servo_steps") * number(robot, "servo_step_s");
-        assert!((steps - duration_s).abs() < 0.2, "{steps} s of {duration_s} s");
+        assert!(
+            (steps - duration_s).abs() < 0.2,
+            "{steps} s of {duration_s} s"
+        );
         let error = number(robot, "following_error_max");
         assert!(error > 0.0 && error < 1.0, "{robot}");
         // set-points are the planned line but for their resolution: 1.6 µrad of a motor, far
@@ -65,7 +82,10 @@ fn the_summary_says_all_that_matters() {
     }
 
     let buses = summary["buses"].as_array().unwrap();
-    let names: Vec<&str> = buses.iter().map(|bus| bus["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> = buses
+        .iter()
+        .map(|bus| bus["name"].as_str().unwrap())
+        .collect();
     assert_eq!(names, ["mp", "track-arm", "track-wrist", "postument"]);
     for bus in buses {
         assert!(number(bus, "frames") > 1000.0, "{bus}");
@@ -73,7 +93,13 @@ fn the_summary_says_all_that_matters() {
         assert!(0.0 < mean && mean <= most && most < 1.0, "{bus}");
     }
     assert_eq!(summary["steps"].as_array().unwrap().len(), 12);
-    assert!(summary["steps"].as_array().unwrap().iter().all(|step| step["ok"] == true));
+    assert!(
+        summary["steps"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|step| step["ok"] == true)
+    );
 }
 
 #[test]
@@ -84,7 +110,9 @@ fn the_record_is_a_candump_log_of_every_frame() {
     let mut counted = vec![0_u64; buses.len()];
     for entry in Reader::new(BufReader::new(file)) {
         let entry = entry.unwrap();
-        let bus = buses.iter().position(|bus| bus["name"] == entry.channel.as_str());
+        let bus = buses
+            .iter()
+            .position(|bus| bus["name"] == entry.channel.as_str());
         counted[bus.unwrap()] += 1;
     }
     for (bus, counted) in buses.iter().zip(counted) {
@@ -109,7 +137,9 @@ fn the_drawings_can_be_opened() {
 
 /// The names of the chunks of a PNG (ISO/IEC 15948), each with its length; nothing is left over.
 fn png_chunks(png: &[u8]) -> Vec<String> {
-    let mut rest = png.strip_prefix(b"\x89PNG\r\n\x1a\n").expect("the signature of PNG");
+    let mut rest = png
+        .strip_prefix(b"\x89PNG\r\n\x1a\n")
+        .expect("the signature of PNG");
     let mut names = Vec::new();
     while let Some((head, tail)) = rest.split_at_checked(8) {
         let length = u32::from_be_bytes(head[..4].try_into().unwrap());
@@ -134,5 +164,8 @@ fn well_formed(text: &str) {
             open.push(tag.split_whitespace().next().unwrap());
         }
     }
-    assert!(open.is_empty() && elements > 100, "{elements} elements, open: {open:?}");
+    assert!(
+        open.is_empty() && elements > 100,
+        "{elements} elements, open: {open:?}"
+    );
 }

@@ -63,7 +63,11 @@ impl History {
     /// The differences of first, second and third order, as far as they are known.
     fn differences(&self) -> [Option<i64>; 3] {
         match self.0[..] {
-            [a, b, c, d] => [Some(d - c), Some(d - 2 * c + b), Some(d - 3 * c + 3 * b - a)],
+            [a, b, c, d] => [
+                Some(d - c),
+                Some(d - 2 * c + b),
+                Some(d - 3 * c + 3 * b - a),
+            ],
             [b, c, d] => [Some(d - c), Some(d - 2 * c + b), None],
             [c, d] => [Some(d - c), None, None],
             _ => [None; 3],
@@ -119,12 +123,12 @@ impl Axis {
 
     /// When an axis has found its index, at rest, it counts from there: once.
     pub(super) fn counts_anew(&mut self, units: i64) -> bool {
-        let Some(last) = self.history.last() else { return false };
+        let Some(last) = self.history.last() else {
+            return false;
+        };
         let [velocity, acceleration, _] = self.limits;
         let step_rad = rad(units - last, self.unit_rad).abs();
-        let at_rest = self
-            .history
-            .differences()[0]
+        let at_rest = self.history.differences()[0]
             .is_none_or(|d| rad(d, self.unit_rad).abs() / self.ts < acceleration * self.ts);
         if self.counted_anew || !at_rest || step_rad <= velocity * self.ts + self.unit_rad {
             return false;
@@ -153,13 +157,19 @@ impl Axis {
         let (q, ts) = (self.unit_rad, self.ts);
         let [velocity, acceleration, jerk] = self.history.differences();
         let [v, a, j] = self.limits;
-        let Worst { velocity: wv, acceleration: wa, jerk: wj } = &mut self.worst;
+        let Worst {
+            velocity: wv,
+            acceleration: wa,
+            jerk: wj,
+        } = &mut self.worst;
         for (difference, quantity, per, limit, resolution, worst) in [
             (velocity, Quantity::Velocity, ts, v, 1.0, wv),
             (acceleration, Quantity::Acceleration, ts * ts, a, 2.0, wa),
             (jerk, Quantity::Jerk, ts * ts * ts, j, 4.0, wj),
         ] {
-            let Some(difference) = difference else { continue };
+            let Some(difference) = difference else {
+                continue;
+            };
             let value = rad(difference, q).abs() / per;
             let may = limit + resolution * q / per;
             // the arithmetic here rounds too, by some 1e-16 of the value

@@ -2,7 +2,6 @@
 
 use super::*;
 
-
 const FIRST: usize = 1;
 
 struct Bench {
@@ -46,7 +45,12 @@ impl Bench {
         for position in positions {
             self.step(position);
         }
-        let mut found: Vec<_> = self.watch.first.iter().map(|breach| breach.quantity).collect();
+        let mut found: Vec<_> = self
+            .watch
+            .first
+            .iter()
+            .map(|breach| breach.quantity)
+            .collect();
         found.dedup();
         found
     }
@@ -77,7 +81,15 @@ fn positions(parts: &[(i32, usize)]) -> Vec<i32> {
 #[test]
 fn a_motion_at_its_limits_is_kept() {
     // 7 steps of jerk give 2135 of acceleration; 22 steps of it some 47 000 of velocity
-    let kept = positions(&[(JERK, 7), (0, 20), (-JERK, 7), (0, 50), (-JERK, 7), (0, 20), (JERK, 7)]);
+    let kept = positions(&[
+        (JERK, 7),
+        (0, 20),
+        (-JERK, 7),
+        (0, 50),
+        (-JERK, 7),
+        (0, 20),
+        (JERK, 7),
+    ]);
     assert_eq!(Bench::new().found(kept), []);
 }
 
