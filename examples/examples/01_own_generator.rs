@@ -4,9 +4,9 @@
 //! per macrostep of 20 ms; the Master Process only says: begin.
 
 use agent::args::{E, F, V};
-use agent::{Behaviour, Class, Condition, Generator, Input, Move, Step, Then, Wait, X};
+use agent::{Class, Condition, Generator, Move, Then, Wait, X};
 use anyhow::Result;
-use firmware::ecp::{Demand, EcpOf, Programs};
+use firmware::ecp::{Demand, EcpOf, OneProgram};
 use host::mp::behaviour::{sequence, start_programs};
 use host::mp::condition::AllDone;
 use mrroc_examples::{Arm, DURATION_S, STEP_S, WRIST, World, nod, summary};
@@ -15,7 +15,7 @@ use robots::{JointMotion, Joints};
 
 /// `f_I^1(c_j, v_j)`: no motor needs half its current limit, so nothing presses.
 #[derive(Debug)]
-struct Untouched;
+pub(crate) struct Untouched;
 
 impl Condition<EcpOf<6>> for Untouched {
     type Args = F<(), (), V>;
@@ -27,10 +27,10 @@ impl Condition<EcpOf<6>> for Untouched {
 
 /// `f^2(c_j, e_j)`: nod from wherever the arm stands.
 #[derive(Debug)]
-struct Nod;
+pub(crate) struct Nod;
 
 /// `c_j`: where it began, and how many macrosteps it has demanded.
-type Own = (Option<Joints<6>>, u32);
+pub(crate) type Own = (Option<Joints<6>>, u32);
 
 impl Generator<EcpOf<6>> for Nod {
     type Own = Own;
@@ -65,27 +65,10 @@ impl Generator<EcpOf<6>> for Nod {
 }
 
 /// The node's only program, number 1: Wait, then Move.
-#[derive(Debug)]
-pub(crate) struct Linked(Then<Wait<Untouched>, Move<Nod, Own>>);
+pub(crate) type Linked = OneProgram<Then<Wait<Untouched>, Move<Nod, Own>>>;
 
-impl Linked {
-    pub(crate) fn new() -> Self {
-        Self(Then::new(Wait::new(Untouched), Move::new(Nod)))
-    }
-}
-
-impl Programs<6> for Linked {
-    fn begin(&mut self, program: u16, _: f64) -> bool {
-        let known = program == 1;
-        if known {
-            self.0.begin();
-        }
-        known
-    }
-
-    fn step(&mut self, x: &Input<EcpOf<6>>) -> Step<Demand<6>> {
-        self.0.step(x)
-    }
+pub(crate) const fn linked() -> Linked {
+    OneProgram(Then::new(Wait::new(Untouched), Move::new(Nod)))
 }
 
 /// Runs it; gives where the wrist really was, at every servo step.
@@ -101,7 +84,7 @@ pub(crate) fn run(world: &mut World) -> Result<Vec<f64>> {
 
 /// The example, as the text it prints.
 pub(crate) fn example() -> Result<String> {
-    let mut world = World::new(vec![Arm::postument(Linked::new())?])?;
+    let mut world = World::new(vec![Arm::postument(linked())?])?;
     world.get_ready()?;
     let wrist = run(&mut world)?;
     Ok(format!(

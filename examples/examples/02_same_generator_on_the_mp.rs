@@ -93,7 +93,7 @@ fn run(world: &mut World) -> Result<Vec<f64>> {
 
 /// The example, as the text it prints.
 pub(crate) fn example() -> Result<String> {
-    let mut world = World::new(vec![Arm::postument(own_generator::Linked::new())?])?;
+    let mut world = World::new(vec![Arm::postument(own_generator::linked())?])?;
     world.get_ready()?;
     let on_the_node = own_generator::run(&mut world)?;
     let on_the_mp = run(&mut world)?;

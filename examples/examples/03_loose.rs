@@ -5,13 +5,13 @@
 //! one. What goes over the wire is an item of a finite set, not a motion.
 
 use agent::args::{E, F};
-use agent::{Behaviour, Class, Condition, Constant, Input, Move, Sequence, Step, Then, Wait, X};
+use agent::{Class, Condition, Constant, Move, Sequence, Then, Wait, X};
 use anyhow::Result;
 use core::fmt::Write as _;
 use firmware::ecp::condition::Decided;
 use firmware::ecp::generator::JointMove;
 use firmware::ecp::generator::axis_move::Course;
-use firmware::ecp::{Demand, EcpOf, Programs};
+use firmware::ecp::{EcpOf, OneProgram};
 use firmware::edp::EdpSetup;
 use host::mp::behaviour::{sequence, start_programs};
 use host::mp::command::{Commands, RobotCommand};
@@ -36,43 +36,26 @@ const VELOCITY_FACTOR: f64 = 0.2;
 type Act<R, const N: usize> = Then<Wait<Decided>, Move<JointMove<R, N>, Course<N>>>;
 
 /// The node's only program, number 1: the acts, one after another.
-#[derive(Debug)]
-struct Play<R, const N: usize>(Sequence<[Act<R, N>; 3]>);
+type Play<R, const N: usize> = OneProgram<Sequence<[Act<R, N>; 3]>>;
 
-impl<R: Robot<N> + Copy, const N: usize> Play<R, N> {
-    /// `arm` is its index in [`ACTS`].
-    fn new(robot: R, arm: usize) -> Result<Self> {
-        let Joints(home) = robot.joints(&Motors([0.0; N]))?;
-        let limits = EdpSetup::generator_limits(&robot, VELOCITY_FACTOR);
-        let act = |k: usize| {
-            let mut target = home;
-            target[N - COLUMN] += ACTS[k][arm];
-            let turn = JointMove {
-                robot,
-                target,
-                relative: false,
-                limits: limits.joints,
-                motor_share: limits.motor_share,
-                macrostep_s: STEP_S,
-            };
-            Then::new(Wait::new(Decided { label: LABELS[k] }), Move::new(turn))
+/// `arm` is its index in [`ACTS`].
+fn play<R: Robot<N> + Copy, const N: usize>(robot: R, arm: usize) -> Result<Play<R, N>> {
+    let Joints(home) = robot.joints(&Motors([0.0; N]))?;
+    let limits = EdpSetup::generator_limits(&robot, VELOCITY_FACTOR);
+    let act = |k: usize| {
+        let mut target = home;
+        target[N - COLUMN] += ACTS[k][arm];
+        let turn = JointMove {
+            robot,
+            target,
+            relative: false,
+            limits: limits.joints,
+            motor_share: limits.motor_share,
+            macrostep_s: STEP_S,
         };
-        Ok(Self(Sequence::new([act(0), act(1), act(2)])))
-    }
-}
-
-impl<R: Robot<N> + Copy, const N: usize> Programs<N> for Play<R, N> {
-    fn begin(&mut self, program: u16, _: f64) -> bool {
-        let known = program == 1;
-        if known {
-            Behaviour::<EcpOf<N>>::begin(&mut self.0);
-        }
-        known
-    }
-
-    fn step(&mut self, x: &Input<EcpOf<N>>) -> Step<Demand<N>> {
-        self.0.step(x)
-    }
+        Then::new(Wait::new(Decided { label: LABELS[k] }), Move::new(turn))
+    };
+    Ok(OneProgram(Sequence::new([act(0), act(1), act(2)])))
 }
 
 /// `f_P^2(c_0, e_c)`: both arms are through with an act.
@@ -120,8 +103,8 @@ fn act(k: usize) -> BoxedBehaviour {
 
 /// The example, as the text it prints.
 pub(crate) fn example() -> Result<String> {
-    let track = Arm::track(Play::new(Irp6Track, 0)?)?;
-    let postument = Arm::postument(Play::new(Irp6Postument, 1)?)?;
+    let track = Arm::track(play(Irp6Track, 0)?)?;
+    let postument = Arm::postument(play(Irp6Postument, 1)?)?;
     let mut world = World::new(vec![track, postument])?;
     world.get_ready()?;
     world.run(start_programs(&[0, 1], 1, 0.0))?;

@@ -75,6 +75,23 @@ impl<const N: usize> Programs<N> for NoPrograms {
     }
 }
 
+/// One program, number 1: this behaviour.
+#[derive(Clone, Copy, Debug)]
+pub struct OneProgram<B>(pub B);
+
+impl<B: Behaviour<EcpOf<N>>, const N: usize> Programs<N> for OneProgram<B> {
+    fn begin(&mut self, program: u16, _: f64) -> bool {
+        let known = program == 1;
+        if known {
+            self.0.begin();
+        }
+        known
+    }
+    fn step(&mut self, x: &Input<EcpOf<N>>) -> Step<Demand<N>> {
+        self.0.step(x)
+    }
+}
+
 /// The running instruction.
 #[derive(Debug)]
 #[expect(

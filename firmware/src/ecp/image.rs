@@ -34,8 +34,8 @@ pub struct EffectorImage<const N: usize> {
 /// `v_j`: the bundle of virtual sensor readings on the node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors<const N: usize> {
-    /// Motor effort: current in excess of what the axis needs to move freely, as a fraction of its
-    /// limit, low-pass filtered over a macrostep.
+    /// Motor effort: |current| as a fraction of the drive's limit, low-pass filtered over a
+    /// macrostep. Gravity and friction are part of it.
     pub effort: [f64; N],
 }
 

@@ -16,6 +16,11 @@ pub(crate) struct End<const N: usize> {
     pub(crate) acceleration: [f64; N],
 }
 
+/// Slower than this counts as rest, per s. Over a step of 2 ms it is 2e-12: nothing in a set-point.
+const REST_VELOCITY: f64 = 1e-9;
+/// And changing its velocity by less than this, per s².
+const REST_ACCELERATION: f64 = 1e-7;
+
 impl<const N: usize> End<N> {
     pub(crate) fn at_rest(at_us: u64, position: [f64; N]) -> Self {
         Self {
@@ -26,9 +31,10 @@ impl<const N: usize> End<N> {
         }
     }
 
+    /// What is left by rounding, as in sin(6π), is rest too.
     pub(crate) fn is_at_rest(&self) -> bool {
-        let stands = |x: &f64| x.abs() <= 0.0;
-        self.velocity.iter().all(stands) && self.acceleration.iter().all(stands)
+        self.velocity.iter().all(|v| v.abs() <= REST_VELOCITY)
+            && self.acceleration.iter().all(|a| a.abs() <= REST_ACCELERATION)
     }
 
     pub(crate) fn axes(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
