@@ -234,10 +234,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
                 break;
             }
             let bus_now = self.clock.to_bus(now);
-            match self
-                .ecp
-                .step(bus_now, self.edp.image(), self.sensors)
-            {
+            match self.ecp.step(bus_now, self.edp.image(), self.sensors) {
                 Outcome::Idle => break,
                 Outcome::Demand(demand) => {
                     if matches!(self.edp.mode(), Mode::Resting(_)) {

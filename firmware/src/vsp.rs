@@ -29,7 +29,10 @@ impl<const N: usize> EffortSensor<N> {
     #[must_use]
     pub fn new(limit_ma: [f64; N], steps: u32) -> Self {
         let steps = f64::from(if steps == 0 { 1 } else { steps });
-        Self { limit_ma, weight: 1.0 / steps }
+        Self {
+            limit_ma,
+            weight: 1.0 / steps,
+        }
     }
 }
 

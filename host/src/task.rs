@@ -297,19 +297,32 @@ impl Task {
             MoveTarget::Joints(values) => (Target::Joints { values, relative }, AXIS_SPEED),
             MoveTarget::Motors(values) => (Target::Motors { values, relative }, AXIS_SPEED),
             MoveTarget::Pose(values) => {
-                let three = |from: usize| Vector3::from_fn(|k, _| {
-                    values.get(from + k).copied().unwrap_or(0.0)
-                });
+                let three = |from: usize| {
+                    Vector3::from_fn(|k, _| values.get(from + k).copied().unwrap_or(0.0))
+                };
                 let pose = Pose::from_rotation_vector(three(0), three(3));
-                let reference = if relative { PoseReference::Tool } else { PoseReference::Base };
-                let target = Target::Pose { pose, reference, path: PosePath::Line };
+                let reference = if relative {
+                    PoseReference::Tool
+                } else {
+                    PoseReference::Base
+                };
+                let target = Target::Pose {
+                    pose,
+                    reference,
+                    path: PosePath::Line,
+                };
                 (target, POSE_SPEED)
             }
         };
         let (velocity, acceleration) = speed.map_or(default, |speed| (speed, speed));
         let mut task = Self::homing(&[kind]);
         task.title = format!("move {kind}");
-        let moves = vec![Move { robot: 0, target, velocity, acceleration }];
+        let moves = vec![Move {
+            robot: 0,
+            target,
+            velocity,
+            acceleration,
+        }];
         task.steps.push(Step {
             name: task.title.clone(),
             line: 0,

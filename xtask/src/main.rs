@@ -7,7 +7,7 @@
 //! | [`text`] | what no file of the repository may contain |
 //! | [`fault_pages`] | every fault code has its page, every page its code |
 //! | [`no_std`] | the crates of the microcontroller, built for one |
-//! | [`bench`] | what a step, a message and the main job cost |
+//! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`ci`] | everything above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one

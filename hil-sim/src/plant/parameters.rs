@@ -173,17 +173,7 @@ mod tests {
             .iter()
             .map(|axis| axis.name)
             .collect();
-        assert_eq!(
-            names,
-            [
-                "column",
-                "lower arm",
-                "upper arm",
-                "T",
-                "V",
-                "N"
-            ]
-        );
+        assert_eq!(names, ["column", "lower arm", "upper arm", "T", "V", "N"]);
     }
 
     #[test]

@@ -59,7 +59,9 @@ impl Monitor {
         let mut nodes = BTreeMap::<u8, Heard>::new();
         let terminal = std::io::stdout().is_terminal() && !self.json;
         let begun = bus::now();
-        let end = self.seconds.map(|s| begun + Micros::from_millis(u64::from(s) * 1000));
+        let end = self
+            .seconds
+            .map(|s| begun + Micros::from_millis(u64::from(s) * 1000));
         let mut next = begun + REFRESH;
         let mut drawn = 0;
         while !interrupted() && end.is_none_or(|end| bus::now() < end) {

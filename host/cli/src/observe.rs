@@ -237,7 +237,9 @@ impl Observers {
         record: Option<&Path>,
         plot: bool,
     ) -> Result<Self, Error> {
-        let recorder = record.map(|path| Recorder::create(path, names)).transpose()?;
+        let recorder = record
+            .map(|path| Recorder::create(path, names))
+            .transpose()?;
         Ok(Self {
             link: Endpoint::new(NodeId::MP, Role::Observer, Mtu::Fd),
             robots: images

@@ -191,7 +191,8 @@ pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
         BusSpec::Virtual => Err(internal(&"virtual is no remote bus")),
         BusSpec::Hub { host, port } => {
             let deadline = bus::now() + HUB_PATIENCE;
-            let client = HubClient::connect(host, *port, "mp", deadline).map_err(|e| bus_error(&e))?;
+            let client =
+                HubClient::connect(host, *port, "mp", deadline).map_err(|e| bus_error(&e))?;
             Ok(Box::new(client))
         }
         BusSpec::Can { interface } => open_can(interface),

@@ -34,12 +34,7 @@ fn defaults_make_a_whole_cell() {
     let names: Vec<_> = cell.buses.iter().map(|bus| bus.name.as_str()).collect();
     assert_eq!(
         names,
-        [
-            "mp",
-            "irp6-track.0",
-            "irp6-track.1",
-            "irp6-postument.0"
-        ]
+        ["mp", "irp6-track.0", "irp6-track.1", "irp6-postument.0"]
     );
     assert_eq!(cell.buses[0], BusSpec::fd("mp"));
     assert_eq!(cell.buses[1].kind, BusKind::Classic);

@@ -34,7 +34,10 @@ impl<const N: usize> End<N> {
     /// What is left by rounding, as in sin(6π), is rest too.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.velocity.iter().all(|v| v.abs() <= REST_VELOCITY)
-            && self.acceleration.iter().all(|a| a.abs() <= REST_ACCELERATION)
+            && self
+                .acceleration
+                .iter()
+                .all(|a| a.abs() <= REST_ACCELERATION)
     }
 
     pub(crate) fn axes(&self) -> impl Iterator<Item = [f64; 3]> + '_ {

@@ -110,7 +110,9 @@ pub(super) fn classic(stream: u128, bits: u32) -> u32 {
     let skip = stream.len().saturating_sub(used);
     let mut register = 0;
     let mut stuffing = Stuffing::START;
-    for (byte, filled) in stream.iter().zip(&filled).skip(skip) {
+    let stream = stream.get(skip..).unwrap_or_default();
+    let filled = filled.get(skip..).unwrap_or_default();
+    for (byte, filled) in stream.iter().zip(filled) {
         register = crc_byte(register, *byte);
         stuffing = stuffing.byte(*filled);
     }

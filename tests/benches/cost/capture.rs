@@ -186,7 +186,9 @@ pub(crate) fn capture(kinds: &[RobotKind], law: ServoLaw) -> Capture {
         let now = sim.now();
         let mut sent = Vec::new();
         let status = run.step(now, rx.iter().copied(), &mut |frame| sent.push(frame));
-        sent.iter().for_each(|frame| sim.send(*frame));
+        for frame in &sent {
+            sim.send(*frame);
+        }
         let segment = run.segment(kinds.len() - 1).clone();
         steps.push(Step {
             now,

@@ -48,7 +48,9 @@ fn main() -> ExitCode {
             "--only" => only = arguments.next(),
             "--once" => mode = Mode::Once,
             "--list" => {
-                WORKLOADS.iter().for_each(|name| println!("{name}"));
+                for name in WORKLOADS {
+                    println!("{name}");
+                }
                 return ExitCode::SUCCESS;
             }
             // what cargo passes to every bench

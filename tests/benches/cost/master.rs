@@ -20,7 +20,7 @@ pub(crate) fn cost(mode: Mode) -> Cost {
             let mut sent = Vec::with_capacity(MOST_FRAMES);
             pieces.time(|| {
                 run.step(step.now, step.rx.iter().copied(), &mut |frame| {
-                    sent.push(frame)
+                    sent.push(frame);
                 })
             });
             assert!(

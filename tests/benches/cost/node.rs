@@ -56,9 +56,9 @@ pub(crate) fn cost(name: &str, mode: Mode) -> Cost {
                 node.step(servo.now, &servo.rx, &mut |_, frame| at_servo.push(frame));
             };
             if kept.is(&capture, servo) {
-                pieces.time(step)
+                pieces.time(step);
             } else {
-                step()
+                step();
             }
             let as_recorded = digest(&at_sync) == sync.sent && digest(&at_servo) == servo.sent;
             assert!(

@@ -125,7 +125,7 @@ impl Measured {
         }
     }
 
-    /// The targets, and how they were met: the step by its worst workload's median and p99.
+    /// The targets, and how they were met: the step by the workload that costs most.
     fn targets(&self) -> Vec<Target> {
         let steps = || {
             self.workloads
@@ -145,6 +145,7 @@ impl Measured {
         vec![
             step("servo step ≤ 5 µs, mean", |w| w.mean_ns),
             step("servo step ≤ 5 µs, p99", |w| w.p99_ns),
+            step("servo step ≤ 5 µs, worst", |w| w.worst_ns),
             Target {
                 what: "two arms ≥ 100 × real time",
                 met: factor >= FACTOR,
@@ -202,12 +203,9 @@ mod test {
     #[test]
     fn targets_are_met_or_missed_by_what_was_measured() {
         let met = |m: &Measured| m.targets().iter().map(|t| t.met).collect::<Vec<_>>();
-        assert_eq!(met(&measured(5000.0, 100.0, None)), [true, true, true]);
-        assert_eq!(met(&measured(5001.0, 99.9, None)), [false, false, false]);
-        assert_eq!(
-            met(&measured(f64::NAN, f64::NAN, None)),
-            [false, false, false]
-        );
+        assert_eq!(met(&measured(5000.0, 100.0, None)), [true; 4]);
+        assert_eq!(met(&measured(5001.0, 99.9, None)), [false; 4]);
+        assert_eq!(met(&measured(f64::NAN, f64::NAN, None)), [false; 4]);
     }
 
     #[test]
