@@ -143,6 +143,7 @@ fn full<T: Clone>(value: T) -> heapless::Vec<T, 8> {
 
 /// The worst case of every message is exactly the arithmetic of its `MAX`.
 #[test]
+#[expect(clippy::too_many_lines, reason = "a field a line")]
 fn the_greatest_sizes_are_reached() {
     let knot = KnotMessage {
         at: Micros(u64::MAX),
