@@ -254,8 +254,11 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 self.interpolator = None;
                 self.homing = None;
                 self.configured = 0;
-                for axis in &mut self.axes {
+                for (axis, link) in self.axes.iter_mut().zip(self.drives.links()) {
                     axis.master.reset_fault();
+                    if link.has_restarted() {
+                        axis.homed = false;
+                    }
                 }
                 self.drives.restart(now);
             }

@@ -4,6 +4,9 @@ use bus::wire::Kind;
 use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::cell::{Cell, Observer};
+use hil_sim::drive::DriveFault;
+use protocol::canopen::emcy::ErrorCode;
+use protocol::fault::{Cause, Refusal};
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{
@@ -209,4 +212,52 @@ fn the_postument_homes_and_moves_with_every_law() {
 fn the_track_homes_and_moves() {
     let target = [0.1, 0.0, -1.57, 0.0, 1.56, 1.57, -1.57];
     homes_and_moves(RobotKind::Irp6Track, ServoLaw::DrivePosition, &target);
+}
+
+#[test]
+fn a_tripped_drive_stops_the_robot_and_is_brought_back_by_acknowledging() {
+    let mut c = Coordinator::new(RobotKind::Irp6Postument, ServoLaw::DrivePosition);
+    c.enable();
+    c.home();
+    let (id, epoch) = (1, c.epoch);
+    let instruction = Instruction::MoveJoints {
+        target: FRONT.iter().copied().collect(),
+        relative: false,
+        speeds: speeds(6, 0.2),
+    };
+    let request = Request::Execute {
+        epoch,
+        id,
+        start_at: Micros(0),
+        instruction,
+    };
+    assert_eq!(c.request(&request), Reply::Accepted);
+    c.wait("moving", 2.0, |f| f.state == NodeState::Moving);
+    let over_current = DriveFault::Trip(ErrorCode::OVER_CURRENT);
+    assert!(c.cell.robot_mut(0).unwrap().inject(2, Some(over_current)));
+    c.wait("faulted", 3.0, |f| f.state == NodeState::Faulted);
+    let fault = c.feedback.as_ref().and_then(|f| f.fault).unwrap();
+    assert_eq!((fault.cause, fault.axis), (Cause::DriveFault, Some(2)));
+    assert_eq!(fault.during, NodeState::Moving);
+    // nothing but an acknowledgement leads on
+    let enable = Request::Enable { epoch };
+    assert_eq!(
+        c.request(&enable),
+        Reply::Refused(Refusal::FaultLatched {
+            cause: Cause::DriveFault
+        })
+    );
+    assert!(c.cell.robot_mut(0).unwrap().inject(2, None));
+    assert_eq!(c.request(&Request::Acknowledge { epoch }), Reply::Accepted);
+    c.wait("configured", 5.0, |f| f.state == NodeState::Disabled);
+    assert_eq!(c.request(&enable), Reply::Accepted);
+    // it is still homed: the drive kept counting
+    c.wait("enabled", 3.0, |f| f.state == NodeState::Holding);
+    c.next_id = id;
+    let done = c.execute(Instruction::MoveJoints {
+        target: FRONT.iter().copied().collect(),
+        relative: false,
+        speeds: speeds(6, 0.2),
+    });
+    assert_eq!(done.progress, Progress::Done);
 }

@@ -33,6 +33,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             }
         }
         if let Some(axis) = jump {
+            // where it stands is no longer known
+            if let Some(axis) = self.axes.get_mut(axis) {
+                axis.homed = false;
+            }
             self.raise(now, Cause::EncoderJump, Some(axis));
         }
     }

@@ -189,6 +189,12 @@ impl DriveLink {
         self.task = Some(task);
     }
 
+    /// Did it restart by itself? Its position count is then worth nothing.
+    #[must_use]
+    pub const fn has_restarted(&self) -> bool {
+        matches!(self.phase, Phase::Failed(Cause::DriveDisabled))
+    }
+
     /// Reset and configure it again.
     pub fn restart(&mut self, now: Micros) {
         *self = Self::new(
