@@ -28,13 +28,13 @@ pub const ASSUMED: &[Assumed] = &[
         item: "IRp-6 motor acceleration, hard limit",
         value: MOTOR_ACCELERATION_HARD,
         unit: "rad/s²",
-        why: "three times the planning ceiling of MRROC++, so that a stop on the path has head-room",
+        why: "six times the planning ceiling of MRROC++: a plan, the curvature of the screws and a stop on the path fit in",
     },
     Assumed {
         item: "IRp-6 motor jerk, hard limit",
         value: MOTOR_JERK_HARD,
         unit: "rad/s³",
-        why: "ten times the planning jerk: above the quantisation of set-points, below a step of torque",
+        why: "40 times the planning jerk: full acceleration in 15 ms; a stop on the path may use it",
     },
     Assumed {
         item: "IRp-6 motor jerk, planning",
@@ -52,7 +52,7 @@ pub const ASSUMED: &[Assumed] = &[
         item: "share of the hard acceleration limit left to the curvature of the screw triangles",
         value: CURVATURE_SHARE,
         unit: "1",
-        why: "a third for the plan, a third for the transmission, a third for stopping on the path",
+        why: "as much as for the plan; the rest is left to stopping on the path",
     },
     Assumed {
         item: "irp6-postument: tilt of the base",

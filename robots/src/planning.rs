@@ -7,9 +7,9 @@
 //! ```
 //!
 //! where only screw triangles have m'' and m'''. The hard acceleration is shared out in three: the
-//! plan's own m'·ẍ (the planning ceiling, a third), the curvature m''·ẋ² ([`CURVATURE_SHARE`]), and
+//! plan's own m'·ẍ (the planning ceiling, a sixth), the curvature m''·ẋ² ([`CURVATURE_SHARE`]), and
 //! the rest for a stop on the path. Velocity may use [`VELOCITY_SHARE`] of the hard limit. Jerk needs
-//! no such care: the planning jerk is a tenth of the hard limit and the two curvature terms, bounded by
+//! no such care: the planning jerk is a 40th of the hard limit and the two curvature terms, bounded by
 //! the velocities and accelerations above, stay below a tenth as well (a test holds them to it).
 
 use crate::description::{Gearing, Range, Reference, RobotDescription};

@@ -58,17 +58,30 @@ fn chain_rule<const N: usize>(
     let (Ok(minus), here, Ok(plus)) = (at(-h), got.position.0, at(h)) else {
         return Ok(());
     };
+    let (Ok(near_minus), Ok(near_plus)) = (at(-0.5 * h), at(0.5 * h)) else {
+        return Ok(());
+    };
     for k in 0..N {
-        let first = (plus[k] - minus[k]) / (2.0 * h);
-        let second = (plus[k] - 2.0 * here[k] + minus[k]) / (h * h);
-        // h²/6 of third derivatives up to 1e3; 4 roundings of 1e-13 over h²
+        let first = |p: &[f64; N], m: &[f64; N], h: f64| (p[k] - m[k]) / (2.0 * h);
+        let second = |p: &[f64; N], m: &[f64; N], h: f64| (p[k] - 2.0 * here[k] + m[k]) / (h * h);
+        // Near a dead centre the higher derivatives grow without bound: Richardson's extrapolation
+        // takes the term in h² away. What is left is rounding, some 1e-13 over h and over (h/2)².
+        let extrapolated = |far: f64, near: f64| (4.0 * near - far) / 3.0;
+        let first = extrapolated(
+            first(&plus, &minus, h),
+            first(&near_plus, &near_minus, 0.5 * h),
+        );
+        let second = extrapolated(
+            second(&plus, &minus, h),
+            second(&near_plus, &near_minus, 0.5 * h),
+        );
         prop_assert!(
             (first - got.velocity[k]).abs() < 1e-5,
             "{k}: {first} {:?}",
             got.velocity
         );
         prop_assert!(
-            (second - got.acceleration[k]).abs() < 5e-4,
+            (second - got.acceleration[k]).abs() < 2e-3,
             "{k}: {second} {:?}",
             got.acceleration
         );
