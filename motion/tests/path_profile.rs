@@ -58,6 +58,31 @@ proptest! {
     }
 
     #[test]
+    fn the_quick_search_keeps_the_limits_and_loses_little(
+        paths in [path(), path()], joints in [limits(), limits()],
+    ) {
+        let scan = scan(&paths);
+        let Ok(thorough) = scan.limits(&joints, None, 1.0) else { return Ok(()) };
+        let thorough = rest_time(1.0, &thorough);
+        let quick = scan.quick_limits(&joints, None, 1.0).unwrap();
+        let ratio = rest_time(1.0, &quick) / thorough;
+        prop_assert!((0.99..1.2).contains(&ratio), "{ratio}");
+        for (path, limit) in paths.iter().zip(&joints) {
+            let most = (0..=SAMPLES)
+                .map(|i| joint(*path, f64::from(i) / f64::from(SAMPLES)))
+                .fold([0.0f64; 3], |m, q| [
+                    if q[1].abs() > m[0] { q[1].abs() } else { m[0] },
+                    if q[2].abs() > m[1] { q[2].abs() } else { m[1] },
+                    if q[3].abs() > m[2] { q[3].abs() } else { m[2] },
+                ]);
+            let AxisLimits { v, a, j } = quick;
+            prop_assert!(most[0] * v <= limit.v);
+            prop_assert!(most[1] * v * v + most[0] * a <= limit.a);
+            prop_assert!(most[2] * v * v * v + 3.0 * most[1] * v * a + most[0] * j <= limit.j);
+        }
+    }
+
+    #[test]
     fn no_other_split_is_much_faster(
         paths in [path(), path()], joints in [limits(), limits()],
         tries in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 200),

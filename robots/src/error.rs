@@ -95,8 +95,10 @@ impl fmt::Display for KinematicError {
                 upper,
             } => write!(
                 f,
-                "{} of axis {axis} ({name}) would be {value:?}, allowed {lower} to {upper}",
-                quantity.name()
+                "{} of axis {} ({name}) would be {value:?}, allowed {lower} to {upper}",
+                quantity.name(),
+                // people count from 1
+                axis.saturating_add(1)
             ),
         }
     }

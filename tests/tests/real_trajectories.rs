@@ -31,12 +31,12 @@ const EXPECTED: &[(&str, &str, Fate)] = &[
     (
         "ball-irp6p_init.trj",
         POSTUMENT,
-        Refused("motor of axis 3 (T) would be -76.0"),
+        Refused("motor of axis 4 (T) would be -76.0"),
     ),
     (
         "ball-irp6p_init.trj",
         TRACK,
-        Refused("joint of axis 0 (track) would be -1.5708"),
+        Refused("joint of axis 1 (track) would be -1.5708"),
     ),
     ("block_move-block_reaching.trj", TRACK, Done),
     ("block_move-block_reaching.trj", POSTUMENT, Done),
@@ -58,7 +58,7 @@ const EXPECTED: &[(&str, &str, Fate)] = &[
     (
         "polycrank.trj",
         TRACK,
-        Refused("joint of axis 0 (track) would be 2.35393"),
+        Refused("joint of axis 1 (track) would be 2.35393"),
     ),
     ("polycrank.trj", POSTUMENT, Refused("lower arm")),
     ("rcsc-irp6ot_sm_ap_1.trj", TRACK, Done),

@@ -49,6 +49,6 @@ fn an_error_says_everything() {
     assert_eq!(error.code(), "limit");
     assert_eq!(
         error.to_string(),
-        "motor of axis 4 (T) would be 400.0, allowed -70 to 380"
+        "motor of axis 5 (T) would be 400.0, allowed -70 to 380"
     );
 }

@@ -18,7 +18,7 @@ use robots::{JointMotion, Joints, Robot};
 /// Points at which the way is scanned.
 pub const SCAN_POINTS: u32 = 48;
 /// Points per macrostep: five solutions of the inverse kinematics each.
-pub const SCAN_PER_MACROSTEP: u32 = 6;
+pub const SCAN_PER_MACROSTEP: u32 = 4;
 /// Step of the difference quotients, in units of the whole line: at q'''' of order 1 their error
 /// is 1e-7, and rounding (1e-16/δ³) stays below it.
 const DELTA: f64 = 1e-3;
@@ -198,7 +198,7 @@ impl<R: Robot<N>, const N: usize> LineMove<R, N> {
             linear_m_s: self.speeds.velocity_m_s,
             angular_rad_s: self.speeds.angular_velocity_rad_s,
         };
-        let mut limits = match scan.limits(&self.joint_limits, Some(tool), 1.0) {
+        let mut limits = match scan.quick_limits(&self.joint_limits, Some(tool), 1.0) {
             Ok(limits) => limits,
             // a line of no length: there already
             Err(PathError::Still) => AxisLimits {
