@@ -97,14 +97,15 @@ pub struct BusSummary {
     pub name: String,
     /// Frames on the wire.
     pub frames: u64,
-    /// Share of time it was busy, 0 to 1, over the whole run.
-    pub load_mean: f64,
+    /// Share of time it was busy, 0 to 1, over the whole run; unknown where only one participant's
+    /// frames are seen.
+    pub load_mean: Option<f64>,
     /// The same over the busiest window.
-    pub load_max: f64,
+    pub load_max: Option<f64>,
     /// The window, s.
     pub load_window_s: f64,
     /// Longest time from a frame's posting to its end on the wire, s.
-    pub latency_max_s: f64,
+    pub latency_max_s: Option<f64>,
 }
 
 /// What became of one step.
@@ -144,6 +145,11 @@ impl Summary {
 }
 
 /// The tables for people.
+/// A figure, or a dash.
+fn known(value: Option<f64>, text: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), text)
+}
+
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = match (&self.error, self.ok) {
@@ -220,13 +226,12 @@ impl Summary {
             table.row(vec![
                 bus.name.clone(),
                 bus.frames.to_string(),
-                format!("{:.1} %", 100.0 * bus.load_mean),
-                format!(
-                    "{:.1} % in {:.0} ms",
-                    100.0 * bus.load_max,
-                    1e3 * bus.load_window_s
-                ),
-                format!("{:.0} µs", 1e6 * bus.latency_max_s),
+                known(bus.load_mean, |load| format!("{:.1} %", 100.0 * load)),
+                known(bus.load_max, |load| {
+                    let window_ms = 1e3 * bus.load_window_s;
+                    format!("{:.1} % in {window_ms:.0} ms", 100.0 * load)
+                }),
+                known(bus.latency_max_s, |s| format!("{:.0} µs", 1e6 * s)),
             ]);
         }
         table

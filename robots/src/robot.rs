@@ -101,6 +101,16 @@ pub trait Robot<const N: usize> {
     /// `near` where all are outside; else [`KinematicError::Unreachable`].
     fn inverse(&self, flange: &Pose, near: &Joints<N>) -> Result<Inverse<N>, KinematicError>;
 
+    /// The joints on the branch of `near`: the solution nearest to it, where the way there is plain.
+    /// For following a path in small steps; [`Robot::inverse`] looks at every branch.
+    ///
+    /// # Errors
+    /// As [`Robot::inverse`].
+    fn inverse_near(&self, flange: &Pose, near: &Joints<N>) -> Result<Joints<N>, KinematicError> {
+        self.inverse(flange, near)
+            .map(|solution| solution.nearest())
+    }
+
     /// Geometric Jacobian of the flange in the base frame: rows 0–2 linear velocity, m/s, rows 3–5
     /// angular velocity, rad/s, per rad/s (or m/s) of each joint.
     fn jacobian(&self, joints: &Joints<N>) -> SMatrix<f64, 6, N>;

@@ -259,14 +259,15 @@ pub(crate) const fn servo_name(law: ServoLaw) -> &'static str {
 #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run")]
 fn buses(world: &dyn World, span: Micros) -> Vec<BusSummary> {
     let span_ns = span.0.saturating_mul(1000);
+    let whole = world.sees_whole_buses();
     let each = world.buses().into_iter();
     each.map(|(name, s)| BusSummary {
         name,
         frames: s.frames,
-        load_mean: s.load_mean(span_ns),
-        load_max: s.load_max(),
+        load_mean: whole.then(|| s.load_mean(span_ns)),
+        load_max: whole.then(|| s.load_max()),
         load_window_s: bus::wire::LOAD_WINDOW_NS as f64 * 1e-9,
-        latency_max_s: s.worst_latency_ns as f64 * 1e-9,
+        latency_max_s: whole.then_some(s.worst_latency_ns as f64 * 1e-9),
     })
     .collect()
 }

@@ -35,6 +35,8 @@ pub(crate) trait World {
     fn buses(&self) -> Vec<(String, Statistics)>;
     /// Are the true motor angles known (and the path error of the mechanics with them)?
     fn knows_mechanics(&self) -> bool;
+    /// Is everything that goes over the buses seen, with its timing?
+    fn sees_whole_buses(&self) -> bool;
 }
 
 /// The embedded default: nodes, drives and mechanics in this process.
@@ -162,6 +164,10 @@ impl World for Virtual {
     fn knows_mechanics(&self) -> bool {
         true
     }
+
+    fn sees_whole_buses(&self) -> bool {
+        true
+    }
 }
 
 /// Nodes at the other end of a real bus, in real time.
@@ -265,6 +271,10 @@ impl World for Remote {
     }
 
     fn knows_mechanics(&self) -> bool {
+        false
+    }
+
+    fn sees_whole_buses(&self) -> bool {
         false
     }
 }

@@ -33,10 +33,10 @@ fn example() -> Summary {
         buses: vec![BusSummary {
             name: "mp".into(),
             frames: 123_456,
-            load_mean: 0.0612,
-            load_max: 0.25,
+            load_mean: Some(0.0612),
+            load_max: Some(0.25),
             load_window_s: 0.01,
-            latency_max_s: 2.5e-4,
+            latency_max_s: Some(2.5e-4),
         }],
         steps: vec![StepSummary {
             name: "home both".into(),

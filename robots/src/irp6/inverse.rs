@@ -52,6 +52,9 @@ const VERIFY: f64 = 1e-8;
 /// No flange is further from the shoulder.
 const REACH_M: f64 = LOWER_ARM_M + UPPER_ARM_M + WRIST_M;
 
+/// Farther than this from the column's axis (m) and from a singular wrist (sine), a branch is plain.
+const PLAIN: f64 = 1e-4;
+
 const TURN: f64 = 2.0 * PI;
 
 /// Solutions inside the joint limits.
@@ -112,6 +115,54 @@ pub(super) fn solve(
 }
 
 /// A search for branches: what is asked, what was found, and the best reason if nothing is.
+/// The solution on the branch of `near`, without looking at the others; nothing where the
+/// branch is not plain (on the column's axis, at a singular wrist, outside the limits or the reach):
+/// then all branches must be looked at.
+pub(super) fn continuing(
+    pose: &Pose,
+    near: &[f64; 6],
+    axes: &[AxisDescription; 6],
+) -> Option<[f64; 6]> {
+    let [near1, near2, near3, near4, ..] = *near;
+    let (p, near_t4) = (pose.position, near4 + near3 + near2 + FRAC_PI_2);
+    if libm::sqrt(p.x * p.x + p.y * p.y) < PLAIN {
+        return None;
+    }
+    let facing = libm::atan2(p.y, p.x);
+    let away = libm::cos(facing - near1) < 0.0;
+    let t1 = if away { facing + PI } else { facing };
+    let (s1, c1) = (libm::sin(t1), libm::cos(t1));
+    let b = about_z(-s1, c1) * pose.rotation * flange_axes().transpose();
+    let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
+    if sine < PLAIN {
+        return None;
+    }
+    let t4 = libm::atan2(b.m12, b.m32);
+    let flipped = libm::cos(t4 - near_t4) < 0.0;
+    let (t4, s5) = if flipped {
+        (t4 + PI, -sine)
+    } else {
+        (t4, sine)
+    };
+    let wrist = wrist(&b, t4, s5, false);
+    let (t2, opening) = elbow(c1 * p.x + s1 * p.y, p.z, t4)?;
+    let mut joints = [
+        t1,
+        t2,
+        opening - FRAC_PI_2,
+        t4 - (t2 + opening),
+        wrist.t5,
+        wrist.t6,
+    ];
+    for ((q, near), axis) in joints.iter_mut().zip(near).zip(axes) {
+        *q = wrapped(*q, *near);
+        if !axis.joint_position.contains(*q) {
+            return None;
+        }
+    }
+    Some(joints)
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Search<'a> {
     pose: Pose,
@@ -252,13 +303,7 @@ fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicError> {
 /// The one or two decompositions of B = Y(t4)·X(t5)·Y(t6).
 fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
     let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
-    let complete = |t4: f64, s5: f64, free: bool| {
-        let t5 = libm::atan2(s5, b.m22);
-        let rest =
-            about_x(-libm::sin(t5), libm::cos(t5)) * about_y(-libm::sin(t4), libm::cos(t4)) * b;
-        let t6 = libm::atan2(rest.m13 - rest.m31, rest.m11 + rest.m33);
-        Some(Wrist { t4, t5, t6, free })
-    };
+    let complete = |t4: f64, s5: f64, free: bool| Some(wrist(b, t4, s5, free));
     if sine < SINGULAR_SINE {
         let s5 = b.m12 * libm::sin(near_t4) + b.m32 * libm::cos(near_t4);
         [complete(near_t4, s5, true), None]
@@ -268,6 +313,14 @@ fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
             complete(libm::atan2(-b.m12, -b.m32), -sine, false),
         ]
     }
+}
+
+/// The wrist for one of the two signs of its sine.
+fn wrist(b: &Matrix3<f64>, t4: f64, s5: f64, free: bool) -> Wrist {
+    let t5 = libm::atan2(s5, b.m22);
+    let rest = about_x(-libm::sin(t5), libm::cos(t5)) * about_y(-libm::sin(t4), libm::cos(t4)) * b;
+    let t6 = libm::atan2(rest.m13 - rest.m31, rest.m11 + rest.m33);
+    Wrist { t4, t5, t6, free }
 }
 
 /// t2 and the elbow's opening δ ∈ \[0, π\], or nothing where the wrist's centre is out of reach.

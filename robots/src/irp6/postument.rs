@@ -54,6 +54,15 @@ impl Robot<6> for Irp6Postument {
         Inverse::new(found.iter().map(Joints), near).ok_or(KinematicError::Unreachable)
     }
 
+    fn inverse_near(&self, flange: &Pose, near: &Joints<6>) -> Result<Joints<6>, KinematicError> {
+        match inverse::continuing(flange, &near.0, &DESCRIPTION.axes) {
+            Some(joints) => Ok(Joints(joints)),
+            None => self
+                .inverse(flange, near)
+                .map(|solution| solution.nearest()),
+        }
+    }
+
     fn jacobian(&self, joints: &Joints<6>) -> SMatrix<f64, 6, 6> {
         SMatrix::from_array_storage(ArrayStorage(arm::jacobian(&joints.0)))
     }

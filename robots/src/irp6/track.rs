@@ -85,6 +85,22 @@ impl Robot<7> for Irp6Track {
         Inverse::new(joined, near).ok_or(KinematicError::Unreachable)
     }
 
+    fn inverse_near(&self, flange: &Pose, near: &Joints<7>) -> Result<Joints<7>, KinematicError> {
+        let [along, near_arm @ ..] = near.0;
+        let [track, axes @ ..] = &DESCRIPTION.axes;
+        let from_shoulder = Pose {
+            position: flange.position - Vector3::new(0.0, along, 0.0),
+            rotation: flange.rotation,
+        };
+        let inside = track.joint_position.contains(along);
+        match inverse::continuing(&from_shoulder, &near_arm, axes) {
+            Some([q1, q2, q3, q4, q5, q6]) if inside => Ok(Joints([along, q1, q2, q3, q4, q5, q6])),
+            _ => self
+                .inverse(flange, near)
+                .map(|solution| solution.nearest()),
+        }
+    }
+
     fn jacobian(&self, joints: &Joints<7>) -> SMatrix<f64, 6, 7> {
         let [_, arm @ ..] = &joints.0;
         let [a, b, c, d, e, f] = arm::jacobian(arm);

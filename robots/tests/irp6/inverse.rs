@@ -81,7 +81,42 @@ fn apart_but_v<const N: usize>(a: &Joints<N>, b: &Joints<N>) -> f64 {
     apart(&a.0, &b.0)
 }
 
+/// Near a configuration, its own pose leads back to it: the branch is kept, and what is found is
+/// what the search over all branches finds nearest.
+fn stays_on_the_branch<const N: usize>(
+    robot: &impl Robot<N>,
+    truth: &Joints<N>,
+    off: &[f64; 7],
+) -> Result<(), TestCaseError> {
+    let mut near = *truth;
+    for (q, off) in near.0.iter_mut().zip(off) {
+        *q += off;
+    }
+    if N == 7 {
+        near.0[0] = truth.0[0];
+    }
+    let pose = robot.forward(truth);
+    let (Ok(all), Ok(one)) = (
+        robot.inverse(&pose, &near),
+        robot.inverse_near(&pose, &near),
+    ) else {
+        return Err(TestCaseError::reject("no solution inside the limits"));
+    };
+    let off_path = apart(&one.0, &all.nearest().0);
+    prop_assert!(off_path < 1e-9, "{one:?} {:?}", all.nearest());
+    prop_assert!(same_pose(&robot.forward(&one), &pose) < 1e-9);
+    Ok(())
+}
+
 proptest! {
+    #[test]
+    fn small_steps_stay_on_the_branch(
+        unit in prop::array::uniform7(0.0..1.0f64), off in prop::array::uniform7(-0.02..0.02f64),
+    ) {
+        stays_on_the_branch(&Irp6Postument, &within_limits(&Irp6Postument, &unit), &off)?;
+        stays_on_the_branch(&Irp6Track, &within_limits(&Irp6Track, &unit), &off)?;
+    }
+
     #[test]
     fn every_branch_is_found(
         truth in prop::array::uniform7(0.0..1.0f64),

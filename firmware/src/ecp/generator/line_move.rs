@@ -17,8 +17,8 @@ use robots::{JointMotion, Joints, Robot};
 
 /// Points at which the way is scanned.
 pub const SCAN_POINTS: u32 = 48;
-/// Points per macrostep: five solutions of the inverse kinematics each.
-pub const SCAN_PER_MACROSTEP: u32 = 4;
+/// Points per macrostep: seven solutions of the inverse kinematics each.
+pub const SCAN_PER_MACROSTEP: u32 = 3;
 /// Step of the difference quotients, in units of the whole line: at q'''' of order 1 their error
 /// is 1e-7, and rounding (1e-16/δ³) stays below it.
 const DELTA: f64 = 1e-3;
@@ -99,8 +99,7 @@ impl<R: Robot<N>, const N: usize> LineMove<R, N> {
     fn joints(&self, line: &Line, s: f64, near: &Joints<N>) -> Result<Joints<N>, Refusal> {
         let t_base_flange = line.extended(s) * self.t_flange_tool.inverse();
         self.robot
-            .inverse(&t_base_flange, near)
-            .map(|solution| solution.nearest())
+            .inverse_near(&t_base_flange, near)
             .map_err(|e| refusal::from_kinematics(&e))
     }
 
@@ -169,6 +168,13 @@ impl<R: Robot<N>, const N: usize> LineMove<R, N> {
         else {
             return Ok(());
         };
+        if *points > SCAN_POINTS {
+            // the search for the speed has a step of its own
+            let profile = self.profile(&way.line, scan)?;
+            way.near = *start;
+            way.phase = Phase::Running { profile, i: 0 };
+            return Ok(());
+        }
         for _ in 0..SCAN_PER_MACROSTEP {
             if *points > SCAN_POINTS {
                 break;
@@ -182,11 +188,6 @@ impl<R: Robot<N>, const N: usize> LineMove<R, N> {
             scan.add(&local.d1, &local.d2, &d3);
             way.near = local.q;
             *points += 1;
-        }
-        if *points > SCAN_POINTS {
-            let profile = self.profile(&way.line, scan)?;
-            way.near = *start;
-            way.phase = Phase::Running { profile, i: 0 };
         }
         Ok(())
     }
