@@ -108,8 +108,6 @@ causes! {
     LeaseExpired = 10, Fatal, PathStop;
     /// the set-point queue ran empty while moving
     Underrun = 11, Fatal, PathStop;
-    /// a stop was commanded
-    StopCommanded = 12, Fatal, PathStop;
     /// the error condition of the running program holds
     ErrorCondition = 13, Fatal, PathStop;
     /// an emergency stop was commanded
