@@ -57,7 +57,7 @@ pub use assumed::{ASSUMED, Assumed};
 pub use description::{AxisDescription, Gearing, JointKind, Range, Reference, RobotDescription};
 pub use error::{KinematicError, Quantity};
 pub use irp6::{Irp6Postument, Irp6Track};
-pub use planning::{AxisLimits, CURVATURE_SHARE, PathLimits, VELOCITY_SHARE, VelocityFactor};
+pub use planning::{CURVATURE_SHARE, VELOCITY_SHARE, VelocityFactor};
 pub use registry::{RobotKind, UnknownRobot};
 pub use robot::{Inverse, MAX_BRANCHES, Robot, distance};
 pub use screw::{ScrewTravel, ScrewTriangle};

@@ -17,6 +17,7 @@ use crate::error::KinematicError;
 use crate::gearing::{at_axis, finite, gear_positions, gear_rates};
 use crate::screw::ScrewTriangle;
 use crate::space::Joints;
+use motion::AxisLimits;
 
 /// ASSUMED: share of the hard velocity limit that a plan may use.
 pub const VELOCITY_SHARE: f64 = 0.95;
@@ -51,41 +52,6 @@ impl Default for VelocityFactor {
     fn default() -> Self {
         Self::DEFAULT
     }
-}
-
-/// Limits of one joint for planning.
-///
-/// Each motor's budget is shared out among the joints that turn it, in proportion to what each could
-/// use alone. With C(k, j) ≥ |∂m/∂q| of motor k by joint j over the whole range and B(k) the budget of
-/// motor k,
-///
-/// ```text
-///   alone(j)    = min over k of B(k) / C(k, j)
-///   together(j) = alone(j) · min over k of 1 and B(k) / Σ over i of C(k, i)·alone(i)
-/// ```
-///
-/// so that Σ over j of C(k, j)·together(j) ≤ B(k) whatever the signs. On the IRp-6 lower arm, upper arm,
-/// T and V all turn the motor of V: each of them keeps about a third of what it could do alone, while
-/// track, column and N keep all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisLimits {
-    /// rad/s or m/s.
-    pub velocity: f64,
-    /// rad/s² or m/s².
-    pub acceleration: f64,
-    /// rad/s³ or m/s³.
-    pub jerk: f64,
-}
-
-/// Limits of the parameter s ∈ \[0, 1\] of a straight line in joint space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathLimits {
-    /// |ds/dt|, 1/s.
-    pub velocity: f64,
-    /// |d²s/dt²|, 1/s².
-    pub acceleration: f64,
-    /// |d³s/dt³|, 1/s³.
-    pub jerk: f64,
 }
 
 fn least(a: f64, b: f64) -> f64 {
@@ -193,7 +159,7 @@ fn motor_bounds<const N: usize>(
 }
 
 /// What each joint may use of the motors' budgets when all use them at once; `own` is the joints'
-/// ceiling and `per_joint[j][k]` is C(k, j). See [`AxisLimits`].
+/// ceiling and `per_joint[j][k]` is C(k, j). See [`crate::Robot::joint_limits_for_planning`].
 fn share<const N: usize>(per_joint: &[[f64; N]; N], own: [f64; N], budgets: &[f64; N]) -> [f64; N] {
     let mut alone = own;
     let mut total = [0.0; N];
@@ -267,19 +233,15 @@ pub(crate) fn joint_limits<const N: usize>(
         &axes.map(|a| a.planning_limits.jerk),
     );
     let mut limits = [AxisLimits {
-        velocity: 0.0,
-        acceleration: 0.0,
-        jerk: 0.0,
+        v: 0.0,
+        a: 0.0,
+        j: 0.0,
     }; N];
-    for (out, ((velocity, acceleration), jerk)) in limits
+    for (out, ((v, a), j)) in limits
         .iter_mut()
         .zip(velocity.into_iter().zip(acceleration).zip(jerk))
     {
-        *out = AxisLimits {
-            velocity,
-            acceleration,
-            jerk,
-        };
+        *out = AxisLimits { v, a, j };
     }
     limits
 }
@@ -301,7 +263,7 @@ pub(crate) fn limits_along<const N: usize>(
     from: &Joints<N>,
     to: &Joints<N>,
     factor: VelocityFactor,
-) -> Result<Option<PathLimits>, KinematicError> {
+) -> Result<Option<AxisLimits>, KinematicError> {
     finite(&from.0)?;
     finite(&to.0)?;
     let mut direction = to.0;
@@ -314,10 +276,10 @@ pub(crate) fn limits_along<const N: usize>(
     }
     let (start, end) = (gear_positions(robot, &from.0), gear_positions(robot, &to.0));
     let along = gear_rates(robot, &direction);
-    let mut limits = PathLimits {
-        velocity: f64::INFINITY,
-        acceleration: f64::INFINITY,
-        jerk: f64::INFINITY,
+    let mut limits = AxisLimits {
+        v: f64::INFINITY,
+        a: f64::INFINITY,
+        j: f64::INFINITY,
     };
     let mut previous = (0.0, 0.0);
     for (k, (((axis, dq), dx), (a, b))) in robot
@@ -348,21 +310,13 @@ pub(crate) fn limits_along<const N: usize>(
                 *limit = least(*limit, budget / by);
             }
         };
-        cap(&mut limits.velocity, velocity_budget(axis, factor), slope);
-        cap(&mut limits.velocity, axis.joint_velocity, dq.abs());
+        cap(&mut limits.v, velocity_budget(axis, factor), slope);
+        cap(&mut limits.v, axis.joint_velocity, dq.abs());
         let room = CURVATURE_SHARE * axis.hard_limits.acceleration;
-        cap(
-            &mut limits.velocity,
-            libm::sqrt(room),
-            libm::sqrt(curvature),
-        );
-        cap(
-            &mut limits.acceleration,
-            axis.planning_limits.acceleration,
-            slope,
-        );
-        cap(&mut limits.acceleration, axis.joint_acceleration, dq.abs());
-        cap(&mut limits.jerk, axis.planning_limits.jerk, slope);
+        cap(&mut limits.v, libm::sqrt(room), libm::sqrt(curvature));
+        cap(&mut limits.a, axis.planning_limits.acceleration, slope);
+        cap(&mut limits.a, axis.joint_acceleration, dq.abs());
+        cap(&mut limits.j, axis.planning_limits.jerk, slope);
     }
     Ok(Some(limits))
 }
@@ -396,9 +350,9 @@ mod test {
             let sign = signs.map(f64::signum);
             let motion = JointMotion {
                 position: Joints([0.0, t2, t3 - t2 - core::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0]),
-                velocity: [0.0, sign[0] * lower.velocity, sign[1] * upper.velocity, 0.0, 0.0, 0.0],
+                velocity: [0.0, sign[0] * lower.v, sign[1] * upper.v, 0.0, 0.0, 0.0],
                 acceleration: [
-                    0.0, sign[2] * lower.acceleration, sign[3] * upper.acceleration, 0.0, 0.0, 0.0,
+                    0.0, sign[2] * lower.a, sign[3] * upper.a, 0.0, 0.0, 0.0,
                 ],
             };
             let got = motor_motion(&robot, &motion).unwrap();
@@ -412,7 +366,7 @@ mod test {
     fn curvature_is_the_limit_of_a_fast_arm() {
         let robot = fast();
         let limits = joint_limits(&robot, VelocityFactor::FULL);
-        let (_, curved) = motor_bounds(&robot, &transmissions(&robot), &limits.map(|l| l.velocity));
+        let (_, curved) = motor_bounds(&robot, &transmissions(&robot), &limits.map(|l| l.v));
         let most = curved.iter().fold(0.0, |most, c| greatest(most, *c));
         // the worst screw uses all of its share
         assert!((most / 150.0 - 1.0).abs() < 1e-9, "{most}");

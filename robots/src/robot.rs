@@ -1,12 +1,12 @@
 //! What every robot answers.
 
-use motion::Pose;
+use motion::{AxisLimits, Pose};
 use nalgebra::SMatrix;
 
 use crate::description::RobotDescription;
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::{self, finite};
-use crate::planning::{self, AxisLimits, PathLimits, VelocityFactor};
+use crate::planning::{self, VelocityFactor};
 use crate::space::{JointMotion, Joints, MotorMotion, Motors};
 
 /// The most branches an inverse kinematic problem here has: 2 sides of the column × 2 wrists × 4
@@ -156,15 +156,28 @@ pub trait Robot<const N: usize> {
     }
 
     /// Limits of every joint within which *any* simultaneous motion keeps every motor inside its
-    /// limits: for a planner that treats joints one by one. See the derivation in
-    /// [`AxisLimits`]. [`Robot::limits_along`] is much less cautious for a known move.
+    /// limits, rad/s or m/s and its derivatives: for a planner that treats joints one by one.
+    /// [`Robot::limits_along`] is much less cautious for a known move.
+    ///
+    /// Each motor's budget is shared out among the joints that turn it, in proportion to what each could
+    /// use alone. With C(k, j) ≥ |∂m/∂q| of motor k by joint j over the whole range and B(k) the budget of
+    /// motor k,
+    ///
+    /// ```text
+    ///   alone(j)    = min over k of B(k) / C(k, j)
+    ///   together(j) = alone(j) · min over k of 1 and B(k) / Σ over i of C(k, i)·alone(i)
+    /// ```
+    ///
+    /// so that Σ over j of C(k, j)·together(j) ≤ B(k) whatever the signs. On the IRp-6 lower arm, upper arm,
+    /// T and V all turn the motor of V: each of them keeps about a third of what it could do alone, while
+    /// track, column and N keep all.
     fn joint_limits_for_planning(&self, factor: VelocityFactor) -> [AxisLimits; N] {
         planning::joint_limits(self.description(), factor)
     }
 
     /// Limits of the path parameter s ∈ \[0, 1\] of the straight line in joint space
-    /// q = from + s·(to − from), such that every motor stays inside its limits. `None` where `from`
-    /// equals `to`.
+    /// q = from + s·(to − from), in 1/s, 1/s² and 1/s³, such that every motor stays inside its
+    /// limits. `None` where `from` equals `to`.
     ///
     /// # Errors
     /// [`KinematicError::NotFinite`], or [`KinematicError::Limit`] where an end is beyond the dead
@@ -174,7 +187,7 @@ pub trait Robot<const N: usize> {
         from: &Joints<N>,
         to: &Joints<N>,
         factor: VelocityFactor,
-    ) -> Result<Option<PathLimits>, KinematicError> {
+    ) -> Result<Option<AxisLimits>, KinematicError> {
         planning::limits_along(self.description(), from, to, factor)
     }
 

@@ -174,9 +174,9 @@ impl<const N: usize> EdpSetup<N> {
         // what the robot's own planning share leaves of the hard velocity, brought down to ours
         let velocity = share / robots::VELOCITY_SHARE;
         let joints_anywhere = robot.joint_limits_for_planning(factor).map(|l| AxisLimits {
-            v: l.velocity * velocity,
-            a: l.acceleration,
-            j: l.jerk,
+            v: l.v * velocity,
+            a: l.a,
+            j: l.j,
         });
         let joints = description.axes.each_ref().map(|axis| {
             let bend = axis.planning_limits.jerk / axis.planning_limits.acceleration;

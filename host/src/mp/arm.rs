@@ -5,7 +5,7 @@
 
 use core::f64::consts::TAU;
 use core::fmt;
-use motion::Pose;
+use motion::{AxisLimits, Pose};
 use protocol::units::{PerAxis, UNITS_PER_INCREMENT};
 use robots::{
     AxisDescription, Irp6Postument, Irp6Track, JointMotion, Joints, KinematicError, Motors, Robot,
@@ -21,17 +21,6 @@ pub struct AxisMotion {
     pub velocity: PerAxis<f64>,
     /// Per second².
     pub acceleration: PerAxis<f64>,
-}
-
-/// What one axis may do: velocity, acceleration, jerk, per s, s², s³.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ceiling {
-    /// Per second.
-    pub velocity: f64,
-    /// Per second².
-    pub acceleration: f64,
-    /// Per second³.
-    pub jerk: f64,
 }
 
 /// A kind of robot as the coordinator uses it. All poses are of the flange in the base frame, rad
@@ -80,7 +69,7 @@ pub trait Arm: fmt::Debug + Send + Sync {
     /// [`KinematicError::Limit`] of the first axis outside.
     fn check(&self, joints: &[f64]) -> Result<(), KinematicError>;
     /// What a plan may ask of each joint such that every motor bears it.
-    fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<Ceiling>;
+    fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<AxisLimits>;
 }
 
 /// The object of a kind.
@@ -176,15 +165,10 @@ macro_rules! arm {
                 $robot.check_joints(&joints)?;
                 $robot.check_motors(&$robot.motors(&joints)?)
             }
-            fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<Ceiling> {
-                let limits = $robot.joint_limits_for_planning(factor);
-                limits
+            fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<AxisLimits> {
+                $robot
+                    .joint_limits_for_planning(factor)
                     .into_iter()
-                    .map(|l| Ceiling {
-                        velocity: l.velocity,
-                        acceleration: l.acceleration,
-                        jerk: l.jerk,
-                    })
                     .collect()
             }
         }

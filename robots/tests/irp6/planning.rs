@@ -1,7 +1,8 @@
 //! Planning limits keep the motors' limits, and are not needlessly low.
 
+use motion::AxisLimits;
 use proptest::prelude::*;
-use robots::{AxisLimits, Irp6Postument, Irp6Track, JointMotion, Joints, Robot, VelocityFactor};
+use robots::{Irp6Postument, Irp6Track, JointMotion, Joints, Robot, VelocityFactor};
 
 use super::driveable;
 
@@ -63,11 +64,7 @@ fn box_holds<const N: usize>(
     let pick = |from: usize, of: fn(&AxisLimits) -> f64| {
         core::array::from_fn::<f64, N, _>(|k| signs[from + k] * of(&limits[k]))
     };
-    let (v, a, j) = (
-        pick(0, |l| l.velocity),
-        pick(7, |l| l.acceleration),
-        pick(14, |l| l.jerk),
-    );
+    let (v, a, j) = (pick(0, |l| l.v), pick(7, |l| l.a), pick(14, |l| l.j));
     let Some(derivatives) = motor_derivatives(robot, &q, &v, &a, &j) else {
         return Ok(());
     };
@@ -80,11 +77,9 @@ fn box_holds<const N: usize>(
     // a tenth planned and at most a tenth by curvature
     prop_assert!(jerk <= 0.2, "jerk {jerk}");
     for (k, axis) in robot.description().axes.iter().enumerate() {
-        prop_assert!(limits[k].velocity <= axis.joint_velocity);
-        prop_assert!(limits[k].acceleration <= axis.joint_acceleration);
-        prop_assert!(
-            limits[k].velocity > 0.0 && limits[k].jerk > 0.0 && limits[k].jerk.is_finite()
-        );
+        prop_assert!(limits[k].v <= axis.joint_velocity);
+        prop_assert!(limits[k].a <= axis.joint_acceleration);
+        prop_assert!(limits[k].v > 0.0 && limits[k].j > 0.0 && limits[k].j.is_finite());
     }
     Ok(())
 }
@@ -109,9 +104,9 @@ fn use_along<const N: usize>(
         let s = f64::from(step) / 40.0;
         let q = Joints(core::array::from_fn(|k| from.0[k] + s * d[k]));
         for sign in [-1.0, 1.0] {
-            let v = d.map(|d| d * limits.velocity * scale[0]);
-            let a = d.map(|d| d * limits.acceleration * scale[1] * sign);
-            let j = d.map(|d| d * limits.jerk * scale[2] * sign);
+            let v = d.map(|d| d * limits.v * scale[0]);
+            let a = d.map(|d| d * limits.a * scale[1] * sign);
+            let j = d.map(|d| d * limits.j * scale[2] * sign);
             let used = use_of_limits(robot, &motor_derivatives(robot, &q, &v, &a, &j)?, factor);
             motors
                 .iter_mut()
@@ -234,17 +229,16 @@ fn sharing_costs_only_those_who_share() {
     // 47.5 rad/s of the motor, alone on it
     for k in [0, 1, 6] {
         assert!(
-            (limits[k].velocity * slopes[k] - 47.5).abs() < 1e-9,
+            (limits[k].v * slopes[k] - 47.5).abs() < 1e-9,
             "{}",
-            limits[k].velocity
+            limits[k].v
         );
     }
     // V's motor: 128·(q̇2 + q̇3 + q̇4) + 76.8·q̇5 is its whole budget
-    let used = 128.0 * (limits[2].velocity + limits[3].velocity + limits[4].velocity)
-        + 76.8 * limits[5].velocity;
+    let used = 128.0 * (limits[2].v + limits[3].v + limits[4].v) + 76.8 * limits[5].v;
     assert!((used - 47.5).abs() < 1e-9, "{used}");
     for k in [2, 3, 4, 5] {
-        let share = limits[k].velocity * slopes[k] / 47.5;
+        let share = limits[k].v * slopes[k] / 47.5;
         assert!(
             (0.2..0.35).contains(&share),
             "axis {k} keeps {share} of its own motor"

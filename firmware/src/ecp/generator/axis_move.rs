@@ -78,9 +78,9 @@ impl<const N: usize> Course<N> {
             // limits of s in [0, 1] become limits of each joint on this line
             for ((l, a), b) in limits.iter_mut().zip(&from.0).zip(&to.0) {
                 let distance = libm::fabs(b - a);
-                l.v = least(l.v, along.velocity * share.velocity * distance);
-                l.a = least(l.a, along.acceleration * distance);
-                l.j = least(l.j, along.jerk * distance);
+                l.v = least(l.v, along.v * share.velocity * distance);
+                l.a = least(l.a, along.a * distance);
+                l.j = least(l.j, along.j * distance);
                 if distance <= 0.0 {
                     *l = AxisLimits {
                         v: 1.0,

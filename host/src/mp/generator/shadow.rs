@@ -194,9 +194,9 @@ impl Shadow {
             .zip(&ceilings)
             .map(|(p, ceiling)| {
                 let bounds = [
-                    ceiling.velocity,
-                    ceiling.acceleration / (ACCELERATION_GAIN * OMEGA),
-                    ceiling.jerk / (JERK_GAIN * OMEGA * OMEGA),
+                    ceiling.v,
+                    ceiling.a / (ACCELERATION_GAIN * OMEGA),
+                    ceiling.j / (JERK_GAIN * OMEGA * OMEGA),
                 ];
                 let slew = bounds
                     .into_iter()
