@@ -159,18 +159,18 @@ pub trait Robot<const N: usize> {
     /// limits, rad/s or m/s and its derivatives: for a planner that treats joints one by one.
     /// [`Robot::limits_along`] is much less cautious for a known move.
     ///
-    /// Each motor's budget is shared out among the joints that turn it, in proportion to what each could
-    /// use alone. With C(k, j) ≥ |∂m/∂q| of motor k by joint j over the whole range and B(k) the budget of
-    /// motor k,
+    /// Each motor's budget is shared out among the joints that turn it, in proportion to what each
+    /// could use alone. With C(k, j) ≥ |∂m/∂q| of motor k by joint j over the whole range and B(k)
+    /// the budget of motor k,
     ///
     /// ```text
     ///   alone(j)    = min over k of B(k) / C(k, j)
     ///   together(j) = alone(j) · min over k of 1 and B(k) / Σ over i of C(k, i)·alone(i)
     /// ```
     ///
-    /// so that Σ over j of C(k, j)·together(j) ≤ B(k) whatever the signs. On the IRp-6 lower arm, upper arm,
-    /// T and V all turn the motor of V: each of them keeps about a third of what it could do alone, while
-    /// track, column and N keep all.
+    /// so that Σ over j of C(k, j)·together(j) ≤ B(k) whatever the signs. On the IRp-6 lower arm,
+    /// upper arm, T and V all turn the motor of V: each of them keeps about a third of what it could
+    /// do alone, while track, column and N keep all.
     fn joint_limits_for_planning(&self, factor: VelocityFactor) -> [AxisLimits; N] {
         planning::joint_limits(self.description(), factor)
     }
