@@ -2,32 +2,72 @@
 
 use crate::deps::no_std_packages;
 use crate::report::Findings;
-use crate::shell::{cargo_stdout, root, run_cargo};
+use crate::shell::{cargo, cargo_stdout, root, run};
 use anyhow::{Context, Result, ensure};
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Cortex-M4F: the weakest processor the firmware is meant for.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Builds for the bare-metal target if it is installed. In any case no dependency may have its
-/// `std` feature switched on.
+/// Where a system's own Rust lives, which comes with the sources of the standard library.
+const SYSTEM: &str = "/usr";
+
+/// Builds for the bare-metal target: with its standard library where that is installed, else with
+/// `core` compiled from a toolchain's sources. No dependency may have its `std` feature on.
 pub(crate) fn check() -> Result<Findings> {
     let mut findings = std_features()?;
-    if installed()? {
-        let mut arguments = vec!["build", "--release", "--target", TARGET];
-        arguments.extend(no_std_packages().flat_map(|package| ["-p", package]));
-        findings.extend(run_cargo(&arguments)?);
+    let own = sysroot()?;
+    if own.join("lib/rustlib").join(TARGET).join("lib").is_dir() {
+        findings.extend(build(&mut cargo(&[]), &[])?);
+        return Ok(findings);
+    }
+    let with_sources = [own, PathBuf::from(SYSTEM)]
+        .into_iter()
+        .find(|r| r.join("lib/rustlib/src/rust/library/core").is_dir());
+    if let Some(toolchain) = with_sources {
+        let mut from_sources = toolchain_cargo(&toolchain)?;
+        findings.extend(build(
+            &mut from_sources,
+            &["-Zbuild-std=core", "--target-dir", "target/core"],
+        )?);
     } else {
-        eprintln!(
-            "no-std: NOT BUILT, only the dependencies' features were checked: the standard \
-             library of {TARGET} is not installed (rustup target add {TARGET})"
-        );
+        findings.push(format!(
+            "not built: neither the standard library of {TARGET} (rustup target add {TARGET}) nor \
+             sources of core (rustup component add rust-src) are installed"
+        ));
     }
     Ok(findings)
 }
 
-fn installed() -> Result<bool> {
+fn build(cargo: &mut Command, more: &[&str]) -> Result<Findings> {
+    let mut arguments = vec!["build", "--release", "--target", TARGET];
+    arguments.extend(more);
+    arguments.extend(no_std_packages().flat_map(|package| ["-p", package]));
+    run(cargo.args(&arguments), &arguments)
+}
+
+/// The cargo of the toolchain at this root with its own compiler, allowed to build `core`.
+fn toolchain_cargo(toolchain: &Path) -> Result<Command> {
+    let programs = toolchain.join("bin");
+    let mut path = OsString::from(&programs);
+    if let Some(rest) = std::env::var_os("PATH") {
+        path.push(":");
+        path.push(rest);
+    }
+    let cargo = programs.join("cargo");
+    ensure!(cargo.is_file(), "{} is missing", cargo.display());
+    let mut command = Command::new(cargo);
+    command
+        .current_dir(root())
+        .env("PATH", path)
+        .env("RUSTC", programs.join("rustc"))
+        .env("RUSTC_BOOTSTRAP", "1");
+    Ok(command)
+}
+
+fn sysroot() -> Result<PathBuf> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)
         .args(["--print", "sysroot"])
@@ -39,12 +79,7 @@ fn installed() -> Result<bool> {
         "rustc --print sysroot: {}",
         output.status
     );
-    let sysroot = String::from_utf8(output.stdout)?;
-    Ok(Path::new(sysroot.trim())
-        .join("lib/rustlib")
-        .join(TARGET)
-        .join("lib")
-        .is_dir())
+    Ok(PathBuf::from(String::from_utf8(output.stdout)?.trim()))
 }
 
 /// Dependencies that would pull in the standard library. This works without the target.
