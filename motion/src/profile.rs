@@ -4,13 +4,21 @@
 //! several axes on a straight line; [`TimeSynchronised`] lets them end together, each with its own
 //! shape. [`check()`] proves a finished plan from its phases alone, independent of how it was made.
 
+mod blend;
+mod brake;
 mod check;
+mod earliest;
+mod farthest;
 mod limits;
+mod search;
 mod synchronised;
+mod trajectory;
 
 pub use check::{Violation, check};
-pub use limits::{AxisLimits, ProfileError, rest_time};
+pub use limits::{AxisBounds, AxisLimits, ProfileError, rest_time};
 pub use synchronised::{PhaseSynchronised, TimeSynchronised};
+pub use trajectory::{Request, Synchronisation, Trajectory, TrajectoryError};
+
 
 use crate::scalar::smaller;
 
@@ -25,6 +33,17 @@ pub struct State {
     pub a: f64,
     /// Jerk.
     pub j: f64,
+}
+
+/// Position, velocity and acceleration at an end of a motion, in the axis' unit, per s, s².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Boundary {
+    /// Position.
+    pub p: f64,
+    /// Velocity.
+    pub v: f64,
+    /// Acceleration.
+    pub a: f64,
 }
 
 /// A stretch of time with constant jerk: `p(τ) = p0 + v0·τ + a0·τ²/2 + j·τ³/6`, τ in \[0, t\].

@@ -41,6 +41,56 @@ impl AxisLimits {
     }
 }
 
+/// Limits of one axis that may differ by direction, and the range of its positions.
+///
+/// Units: the axis' unit, per s, s² and s³.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisBounds {
+    /// Lowest velocity, below 0.
+    pub v_min: f64,
+    /// Highest velocity, above 0.
+    pub v_max: f64,
+    /// Lowest acceleration, below 0.
+    pub a_min: f64,
+    /// Highest acceleration, above 0.
+    pub a_max: f64,
+    /// Limit of |jerk|, above 0.
+    pub j_max: f64,
+    /// Lowest position; -∞ where there is none.
+    pub p_min: f64,
+    /// Highest position; ∞ where there is none.
+    pub p_max: f64,
+}
+
+impl From<AxisLimits> for AxisBounds {
+    fn from(limits: AxisLimits) -> Self {
+        Self {
+            v_min: -limits.v,
+            v_max: limits.v,
+            a_min: -limits.a,
+            a_max: limits.a,
+            j_max: limits.j,
+            p_min: f64::NEG_INFINITY,
+            p_max: f64::INFINITY,
+        }
+    }
+}
+
+impl AxisBounds {
+    /// # Errors
+    /// [`ProfileError::NotFinite`] or [`ProfileError::NonPositiveLimit`].
+    pub(crate) fn validate(&self) -> Result<(), ProfileError> {
+        let magnitudes = [-self.v_min, self.v_max, -self.a_min, self.a_max, self.j_max];
+        if magnitudes.iter().any(|x| !x.is_finite()) || self.p_min.is_nan() || self.p_max.is_nan() {
+            return Err(ProfileError::NotFinite);
+        }
+        if magnitudes.iter().any(|x| *x <= 0.0) {
+            return Err(ProfileError::NonPositiveLimit);
+        }
+        Ok(())
+    }
+}
+
 /// Why a profile cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileError {
@@ -52,6 +102,8 @@ pub enum ProfileError {
     NonPositiveLimit,
     /// The asked duration is shorter than the shortest within the limits.
     TooShort,
+    /// The end state is outside the limits, or can only be reached from outside them.
+    EndOutsideLimits,
     /// Some quantity of the motion is too large or too small for a floating-point number.
     NotRepresentable,
 }
@@ -63,6 +115,7 @@ impl fmt::Display for ProfileError {
             Self::NegativeDistance => "the distance is negative",
             Self::NonPositiveLimit => "a limit is not positive",
             Self::TooShort => "the duration is shorter than the limits allow",
+            Self::EndOutsideLimits => "the end state cannot be reached within the limits",
             Self::NotRepresentable => "the motion is outside the range of floating point",
         })
     }

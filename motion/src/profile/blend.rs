@@ -1,0 +1,167 @@
+//! The motion of one axis as phases: an extremal motion, or a mean of two.
+
+use super::brake::Brake;
+use super::earliest::Arrival;
+use super::farthest::{Farthest, Task};
+use super::{Boundary, Phase, State};
+use crate::scalar::{smaller, within};
+
+/// Two phases of a brake, and what the two times seven of a blend leave when merged (13).
+const CAPACITY: usize = 16;
+
+/// The phases of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Phases {
+    phases: [Phase; CAPACITY],
+    count: usize,
+    end: Boundary,
+    duration: f64,
+}
+
+/// Seven stretches of constant jerk: when each ends, and its jerk in units of the limit.
+type Shape = [(f64, f64); 7];
+
+fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
+    let Farthest { peak, valley, .. } = *farthest;
+    let (to_top, from_top) = if farthest.cruise > 0.0 { (peak, -valley) } else { (peak - valley, 0.0) };
+    let mut end = 0.0;
+    [
+        (peak - task.a0, sign),
+        (farthest.hold_peak, 0.0),
+        (to_top, -sign),
+        (farthest.cruise, 0.0),
+        (from_top, -sign),
+        (farthest.hold_valley, 0.0),
+        (task.a1 - valley, sign),
+    ]
+    .map(|(length, jerk)| {
+        end += length;
+        (end, jerk)
+    })
+}
+
+/// Where the integration of the jerk stands, in units of the jerk limit.
+struct Pen<'a> {
+    out: &'a mut Phases,
+    scale: f64,
+    from: f64,
+    x: f64,
+    v: f64,
+    a: f64,
+}
+
+impl Pen<'_> {
+    fn draw(&mut self, t: f64, j: f64) {
+        if t <= 0.0 {
+            return;
+        }
+        if let Some(place) = self.out.phases.get_mut(self.out.count) {
+            *place = Phase {
+                t,
+                j: j * self.scale,
+                a0: self.a * self.scale,
+                v0: self.v * self.scale,
+                p0: self.from + self.x * self.scale,
+            };
+            self.out.count += 1;
+        }
+        self.x += t * (self.v + t * (0.5 * self.a + t * j / 6.0));
+        self.v += t * (self.a + 0.5 * j * t);
+        self.a += j * t;
+        self.out.duration += t;
+    }
+}
+
+impl Phases {
+    pub(super) const fn new() -> Self {
+        const NONE: Phase = Phase { t: 0.0, j: 0.0, a0: 0.0, v0: 0.0, p0: 0.0 };
+        Self {
+            phases: [NONE; CAPACITY],
+            count: 0,
+            end: Boundary { p: 0.0, v: 0.0, a: 0.0 },
+            duration: 0.0,
+        }
+    }
+
+    pub(super) fn as_slice(&self) -> &[Phase] {
+        self.phases.get(..self.count).unwrap_or(&[])
+    }
+
+    /// The brake, and then the motion that arrives after `time` more.
+    pub(super) fn fill(&mut self, brake: &Brake, arrival: &Arrival, time: f64, start: &Boundary, end: &Boundary, jerk: f64) {
+        (self.count, self.duration, self.end) = (0, 0.0, *end);
+        let mut pen = Pen {
+            out: self,
+            scale: jerk,
+            from: start.p,
+            x: 0.0,
+            v: start.v / jerk,
+            a: start.a / jerk,
+        };
+        let [first, second] = brake.times;
+        pen.draw(first, brake.jerk);
+        pen.draw(second, 0.0);
+        let up = &arrival.up.task;
+        let (far, near) = (arrival.up.in_time(time), arrival.down.in_time(time));
+        let reach = far.distance + near.distance;
+        let share = if reach > 0.0 { within((up.distance + near.distance) / reach, 0.0, 1.0) } else { 1.0 };
+        let (far, near) = (shape(&far, up, 1.0), shape(&near, &arrival.down.task, -1.0));
+        if share >= 1.0 {
+            pen.follow(&far);
+        } else if share <= 0.0 {
+            pen.follow(&near);
+        } else {
+            pen.mean(&far, &near, share);
+        }
+    }
+
+    /// The state t seconds after the beginning.
+    pub(super) fn at(&self, t: f64) -> State {
+        let mut left = t;
+        if t < self.duration {
+            for phase in self.as_slice() {
+                if left < phase.t {
+                    return phase.at(if left > 0.0 { left } else { 0.0 });
+                }
+                left -= phase.t;
+            }
+        }
+        let Boundary { p, v, a } = self.end;
+        let t = t - self.duration;
+        let t = if t > 0.0 { t } else { 0.0 };
+        State { p: p + t * (v + 0.5 * a * t), v: v + a * t, a, j: 0.0 }
+    }
+}
+
+impl Pen<'_> {
+    fn follow(&mut self, shape: &Shape) {
+        let mut t = 0.0;
+        for (end, jerk) in shape {
+            self.draw(end - t, *jerk);
+            t = *end;
+        }
+    }
+
+    /// The mean of two motions of the same length: it keeps every limit that both keep, since limits
+    /// are convex, and comes where the shares put it.
+    fn mean(&mut self, far: &Shape, near: &Shape, share: f64) {
+        let (mut fars, mut nears) = (far.iter().peekable(), near.iter().peekable());
+        let mut t = 0.0;
+        for _ in 0..14 {
+            let (Some(&&(far_end, far_jerk)), Some(&&(near_end, near_jerk))) = (fars.peek(), nears.peek()) else {
+                return;
+            };
+            let end = smaller(far_end, near_end);
+            self.draw(end - t, share * far_jerk + (1.0 - share) * near_jerk);
+            if far_end <= end {
+                fars.next();
+            }
+            if near_end <= end {
+                nears.next();
+            }
+            if end > t {
+                t = end;
+            }
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Several axes from any state to any state, in the shortest time.
+
+use super::blend::Phases;
+use super::brake::{Brake, INSIDE};
+use super::earliest::{Arrival, Verdict};
+use super::farthest::Task;
+use super::{AxisBounds, Boundary, Phase, ProfileError, Profile, AxisLimits, State, rest_time};
+use crate::scalar::{larger, smaller};
+use core::fmt;
+
+/// Whether and how the axes wait for each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Synchronisation {
+    /// Every axis arrives as early as it can.
+    None,
+    /// All axes arrive together, at the earliest time at which all can.
+    #[default]
+    Time,
+}
+
+/// What is asked of a [`Trajectory`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request<const N: usize> {
+    /// Where the axes are and how they move.
+    pub start: [Boundary; N],
+    /// Where they shall be and how they shall move there.
+    pub end: [Boundary; N],
+    /// What they can bear.
+    pub bounds: [AxisBounds; N],
+    /// Whether they wait for each other.
+    pub synchronisation: Synchronisation,
+    /// Not shorter than this, s; 0 for as short as possible.
+    pub minimum_duration: f64,
+}
+
+/// Why a trajectory cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TrajectoryError {
+    /// Which axis, from 0.
+    pub axis: usize,
+    /// What is wrong with it.
+    pub reason: ProfileError,
+}
+
+impl fmt::Display for TrajectoryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "axis {}: {}", self.axis + 1, self.reason)
+    }
+}
+
+impl core::error::Error for TrajectoryError {}
+
+/// A time-optimal jerk-limited motion of N axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory<const N: usize> {
+    axes: [Phases; N],
+    duration: f64,
+}
+
+impl<const N: usize> Trajectory<N> {
+    /// The fastest motion that was asked for.
+    ///
+    /// # Errors
+    /// [`TrajectoryError`]
+    pub fn new(request: &Request<N>) -> Result<Self, TrajectoryError> {
+        let mut axes = [const { Phases::new() }; N];
+        let duration = plan(request, &mut axes)?;
+        Ok(Self { axes, duration })
+    }
+
+    /// Length in time, s: that of the last axis.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// The states t seconds after the beginning. Before it, the first; from an axis' end on, it goes on with its end velocity and acceleration.
+    #[must_use]
+    pub fn at(&self, t: f64) -> [State; N] {
+        let mut states = [State::default(); N];
+        for (state, axis) in states.iter_mut().zip(&self.axes) {
+            *state = axis.at(t);
+        }
+        states
+    }
+
+    /// The phases of one axis in order, none beyond the last axis.
+    pub fn phases(&self, axis: usize) -> impl Iterator<Item = Phase> + '_ {
+        self.axes.get(axis).into_iter().flat_map(|axis| axis.as_slice().iter().copied())
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Axis {
+    brake: Brake,
+    braking: f64,
+    arrival: Arrival,
+    earliest: f64,
+}
+
+fn plan<const N: usize>(request: &Request<N>, out: &mut [Phases; N]) -> Result<f64, TrajectoryError> {
+    let refused = |axis: usize| move |reason: ProfileError| TrajectoryError { axis, reason };
+    if !request.minimum_duration.is_finite() || request.minimum_duration < 0.0 {
+        return Err(TrajectoryError { axis: 0, reason: ProfileError::NotFinite });
+    }
+    let mut axes = [None; N];
+    let mut duration = request.minimum_duration;
+    let each = request.start.iter().zip(&request.end).zip(&request.bounds);
+    for (i, (slot, ((start, end), bounds))) in axes.iter_mut().zip(each).enumerate() {
+        let task = task(start, end, bounds).map_err(refused(i))?;
+        let brake = Brake::of(&task);
+        let arrival = Arrival::new(brake.applied(&task));
+        let braking = brake.duration();
+        let earliest = arrival
+            .not_before(arrival.lower_bound())
+            .map(|t| t + braking)
+            .filter(|t| t.is_finite())
+            .ok_or(ProfileError::NotRepresentable)
+            .map_err(refused(i))?;
+        duration = larger(duration, earliest);
+        *slot = Some(Axis { brake, braking, arrival, earliest });
+    }
+    if request.synchronisation == Synchronisation::Time {
+        duration = common(&axes, duration).ok_or(TrajectoryError { axis: 0, reason: ProfileError::NotRepresentable })?;
+    }
+    let each = axes.iter().flatten().zip(out).zip(request.start.iter().zip(&request.end).zip(&request.bounds));
+    for ((axis, out), ((start, end), bounds)) in each {
+        let time = match request.synchronisation {
+            Synchronisation::None => larger(axis.earliest, 0.0),
+            Synchronisation::Time => duration,
+        } - axis.braking;
+        out.fill(&axis.brake, &axis.arrival, time, start, end, bounds.j_max);
+    }
+    Ok(duration)
+}
+
+/// The first time not before `time` at which every axis can arrive.
+fn common<const N: usize>(axes: &[Option<Axis>; N], mut time: f64) -> Option<f64> {
+    // Every axis has at most three times before which it cannot arrive.
+    let most = N.saturating_mul(4).saturating_add(1);
+    for _ in 0..most {
+        let before = time;
+        for axis in axes.iter().flatten() {
+            if time <= axis.earliest {
+                continue;
+            }
+            match axis.arrival.at(time - axis.braking) {
+                Verdict::Possible => {}
+                Verdict::NotBefore(later) => time = larger(later + axis.braking, time),
+                Verdict::Never => return None,
+            }
+        }
+        if time <= before {
+            return Some(time);
+        }
+    }
+    None
+}
+
+/// The task in units of the jerk limit.
+fn task(start: &Boundary, end: &Boundary, bounds: &AxisBounds) -> Result<Task, ProfileError> {
+    bounds.validate()?;
+    let all = [start.p, start.v, start.a, end.p, end.v, end.a];
+    if all.iter().any(|x| !x.is_finite()) {
+        return Err(ProfileError::NotFinite);
+    }
+    let per = 1.0 / bounds.j_max;
+    let task = Task {
+        v0: start.v * per,
+        a0: start.a * per,
+        v1: end.v * per,
+        a1: end.a * per,
+        distance: (end.p - start.p) * per,
+        v_up: bounds.v_max * per,
+        v_down: -bounds.v_min * per,
+        a_up: bounds.a_max * per,
+        a_down: -bounds.a_min * per,
+    };
+    // coming from inside the limits, is the end state possible?
+    let spare = |limit: f64| limit + INSIDE * limit;
+    let top = task.v1 + 0.5 * smaller(task.a1, 0.0) * task.a1;
+    let bottom = task.v1 - 0.5 * larger(task.a1, 0.0) * task.a1;
+    if task.a1 > spare(task.a_up)
+        || -task.a1 > spare(task.a_down)
+        || top > spare(task.v_up)
+        || -bottom > spare(task.v_down)
+    {
+        return Err(ProfileError::EndOutsideLimits);
+    }
+    Ok(task)
+}
