@@ -1,7 +1,7 @@
 //! The motion of one axis as phases: an extremal motion, or a mean of two.
 
 use super::brake::Brake;
-use super::earliest::Arrival;
+use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
 use super::{Boundary, Phase, State};
 use crate::scalar::{smaller, within};
@@ -88,7 +88,15 @@ impl Phases {
     }
 
     /// The brake, and then the motion that arrives after `time` more.
-    pub(super) fn fill(&mut self, brake: &Brake, arrival: &Arrival, time: f64, start: &Boundary, end: &Boundary, jerk: f64) {
+    pub(super) fn fill(
+        &mut self,
+        brake: &Brake,
+        arrival: &Arrival,
+        between: &Between,
+        start: &Boundary,
+        end: &Boundary,
+        jerk: f64,
+    ) {
         (self.count, self.duration, self.end) = (0, 0.0, *end);
         let mut pen = Pen {
             out: self,
@@ -101,17 +109,18 @@ impl Phases {
         let [first, second] = brake.times;
         pen.draw(first, brake.jerk);
         pen.draw(second, 0.0);
-        let up = &arrival.up.task;
-        let (far, near) = (arrival.up.in_time(time), arrival.down.in_time(time));
-        let reach = far.distance + near.distance;
-        let share = if reach > 0.0 { within((up.distance + near.distance) / reach, 0.0, 1.0) } else { 1.0 };
-        let (far, near) = (shape(&far, up, 1.0), shape(&near, &arrival.down.task, -1.0));
-        if share >= 1.0 {
-            pen.follow(&far);
-        } else if share <= 0.0 {
-            pen.follow(&near);
-        } else {
-            pen.mean(&far, &near, share);
+        let (up, down) = (&arrival.up.task, &arrival.down.task);
+        match between {
+            Between::Farthest(far) => pen.follow(&shape(far, up, 1.0)),
+            Between::Nearest(near) => pen.follow(&shape(near, down, -1.0)),
+            Between::Both(far, near) => {
+                let share = (up.distance + near.distance) / (far.distance + near.distance);
+                pen.mean(
+                    &shape(far, up, 1.0),
+                    &shape(near, down, -1.0),
+                    within(share, 0.0, 1.0),
+                );
+            }
         }
     }
 

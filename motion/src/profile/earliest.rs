@@ -6,7 +6,7 @@
 //! without search ([`super::farthest`]), planning is finding the time at which one of them passes the
 //! distance.
 
-use super::farthest::{Task, Upward};
+use super::farthest::{Farthest, Task, Upward};
 use super::search::Search;
 use crate::scalar::larger;
 
@@ -75,7 +75,7 @@ impl Joinable {
     }
 }
 
-/// One axis, and what was found about it on the way.
+/// One axis and its extremal motions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrival {
     pub(super) up: Upward,
@@ -83,11 +83,22 @@ pub(super) struct Arrival {
     joinable: Joinable,
 }
 
+/// The motions of some length that a distance lies between.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Between {
+    /// It is that of the farthest motion.
+    Farthest(Farthest),
+    /// It is that of the nearest motion, the farthest of the mirrored axis.
+    Nearest(Farthest),
+    /// Farthest and nearest motion.
+    Both(Farthest, Farthest),
+}
+
 /// What is known about an arrival at some time.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Verdict {
-    /// Possible.
-    Possible,
+    /// Possible, by a mean of these motions.
+    Possible(Between),
     /// Not before this later time.
     NotBefore(f64),
     /// Not at any time that floating point can hold.
@@ -103,26 +114,31 @@ impl Arrival {
         }
     }
 
-    /// The shortest time in which the ends can be joined, whatever the distance.
-    pub(super) fn lower_bound(&self) -> f64 {
-        self.joinable.from
-    }
-
-    /// The first possible arrival not before `time`.
-    pub(super) fn not_before(&self, time: f64) -> Option<f64> {
-        let mut time = larger(time, self.joinable.from);
-        // in either branch: too near, or too far, and after that possible
-        for _ in 0..4 {
-            match self.at(time) {
-                Verdict::Possible => return Some(time),
-                Verdict::NotBefore(later) => time = later,
-                Verdict::Never => return None,
+    /// The earliest arrival, s.
+    pub(super) fn earliest(&self) -> Option<f64> {
+        let mut time = self.joinable.from;
+        for _ in 0..2 {
+            // in this moment there is but one motion: the farthest is the nearest
+            let only = self.up.in_time(time);
+            let missing = self.up.task.distance - only.distance;
+            if libm::fabs(missing) <= allowance(&self.up.task, time, only.slope) {
+                return Some(time);
             }
+            let end = self.joinable.end_of_branch(time);
+            let found = if missing > 0.0 {
+                Search { side: &self.up, end }.beyond(time, &only)
+            } else {
+                Search { side: &self.down, end }.beyond(time, &self.down.in_time(time))
+            };
+            if found.is_some() {
+                return found;
+            }
+            time = self.joinable.gap?.1;
         }
         None
     }
 
-    /// Whether the axis can arrive at `time`, which is not before [`Self::lower_bound`].
+    /// Whether the axis can arrive at `time`, which is not before the [earliest](Self::earliest).
     pub(super) fn at(&self, time: f64) -> Verdict {
         if let Some((from, to)) = self.joinable.gap
             && from < time
@@ -130,20 +146,35 @@ impl Arrival {
         {
             return Verdict::NotBefore(to);
         }
-        let end = self.joinable.end_of_branch(time);
-        for side in [&self.up, &self.down] {
-            let farthest = side.in_time(time);
-            let missing = side.task.distance - farthest.distance;
-            if missing > allowance(&side.task, time, farthest.slope) {
-                let found = Search { side, end }.beyond(time, &farthest);
-                return match (found, self.joinable.gap) {
-                    (Some(later), _) => Verdict::NotBefore(later),
-                    (None, Some((_, to))) if time < to => Verdict::NotBefore(to),
-                    _ => Verdict::Never,
-                };
-            }
+        let far = self.up.in_time(time);
+        let spare = far.distance - self.up.task.distance;
+        let allowed = allowance(&self.up.task, time, far.slope);
+        if spare < -allowed {
+            return self.later(&self.up, time, &far);
         }
-        Verdict::Possible
+        if spare <= allowed {
+            return Verdict::Possible(Between::Farthest(far));
+        }
+        let near = self.down.in_time(time);
+        let spare = near.distance - self.down.task.distance;
+        let allowed = allowance(&self.down.task, time, near.slope);
+        if spare < -allowed {
+            return self.later(&self.down, time, &near);
+        }
+        Verdict::Possible(if spare <= allowed {
+            Between::Nearest(near)
+        } else {
+            Between::Both(far, near)
+        })
+    }
+
+    fn later(&self, side: &Upward, time: f64, farthest: &Farthest) -> Verdict {
+        let end = self.joinable.end_of_branch(time);
+        match (Search { side, end }.beyond(time, farthest), self.joinable.gap) {
+            (Some(later), _) => Verdict::NotBefore(later),
+            (None, Some((_, to))) if time < to => Verdict::NotBefore(to),
+            _ => Verdict::Never,
+        }
     }
 }
 

@@ -103,12 +103,16 @@ impl Search<'_> {
     /// The root up to `last`, where the acceleration keeps its sign; else the point at `last`.
     fn before_crossing(&self, full: &Full, low: Point, last: f64) -> Result<f64, Point> {
         let task = &self.side.task;
-        if low.slope > 0.0
-            && task.v0 * task.v1 < 0.0
-            && let Some(top) = self.first_top(full, low, last)
-            && top.over >= 0.0
-        {
-            return Ok(self.bracketed(full, low, top));
+        // The curve can rise, fall, and rise again, if the velocity changes its sign: look at the first top.
+        if low.slope > 0.0 && task.v0 * task.v1 < 0.0 {
+            for top in self.tops().into_iter().flatten() {
+                if top > low.time && top < last {
+                    let top = self.point(full, top);
+                    if top.over >= 0.0 {
+                        return Ok(self.bracketed(full, low, top));
+                    }
+                }
+            }
         }
         let high = self.point(full, last);
         if high.over >= 0.0 {
@@ -118,34 +122,30 @@ impl Search<'_> {
         }
     }
 
-    /// Where the curve, rising at `low`, first stops to rise, if it does before `last`.
-    fn first_top(&self, full: &Full, low: Point, last: f64) -> Option<Point> {
-        // its slope falls and then rises: find a place where it is negative
-        let (mut from, mut to) = (low.time, last);
-        let mut falling = None;
-        for _ in 0..40 {
-            let (left, right) = (from + (to - from) / 3.0, to - (to - from) / 3.0);
-            let (at_left, at_right) = (self.point(full, left), self.point(full, right));
-            if at_left.slope < 0.0 || at_right.slope < 0.0 {
-                falling = Some(if at_left.slope < 0.0 { at_left } else { at_right });
-                break;
-            }
-            if at_left.slope < at_right.slope {
-                to = right;
-            } else {
-                from = left;
-            }
+    /// Where the slopes of the pieces (head of this file) become negative, in ascending order.
+    fn tops(&self) -> [Option<f64>; 2] {
+        let (task, k) = (&self.side.task, self.side.k);
+        let base = task.v0 - 0.5 * task.a0 * task.a0;
+        // 3q² + (4K + 8·base)·q + K² = 0 with q = c²
+        let half = 2.0 * k + 4.0 * base;
+        let square = half * half - 3.0 * k * k;
+        let free = (half < 0.0 && square >= 0.0)
+            .then(|| self.time(libm::sqrt(k * k / (libm::sqrt(square) - half))));
+        // 2x² − 3Ax + A² + 2·base = 0, and the same for the valley
+        let (limit, k, base) = if k > 0.0 {
+            (task.a_up, k, task.v1 - 0.5 * task.a1 * task.a1)
+        } else {
+            (task.a_down, -k, base)
+        };
+        let square = limit * limit - 16.0 * base;
+        let limited = (square >= 0.0).then(|| {
+            let x = 0.25 * (3.0 * limit - libm::sqrt(square));
+            self.time(0.5 * (x * x + k) / limit)
+        });
+        match (free, limited) {
+            (Some(a), Some(b)) if b < a => [limited, free],
+            _ => [free, limited],
         }
-        let (mut rising, mut falling) = (low, falling?);
-        for _ in 0..60 {
-            let middle = self.point(full, 0.5 * (rising.time + falling.time));
-            if middle.slope > 0.0 {
-                rising = middle;
-            } else {
-                falling = middle;
-            }
-        }
-        Some(if rising.over > falling.over { rising } else { falling })
     }
 
     /// A root between two points of which only the signs are known, and that the curve is smooth.

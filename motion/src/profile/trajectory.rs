@@ -4,7 +4,7 @@ use super::blend::Phases;
 use super::brake::{Brake, INSIDE};
 use super::earliest::{Arrival, Verdict};
 use super::farthest::Task;
-use super::{AxisBounds, Boundary, Phase, ProfileError, Profile, AxisLimits, State, rest_time};
+use super::{AxisBounds, Boundary, Phase, ProfileError, State};
 use crate::scalar::{larger, smaller};
 use core::fmt;
 
@@ -98,13 +98,16 @@ struct Axis {
     earliest: f64,
 }
 
-fn plan<const N: usize>(request: &Request<N>, out: &mut [Phases; N]) -> Result<f64, TrajectoryError> {
+fn plan<const N: usize>(
+    request: &Request<N>,
+    out: &mut [Phases; N],
+) -> Result<f64, TrajectoryError> {
     let refused = |axis: usize| move |reason: ProfileError| TrajectoryError { axis, reason };
-    if !request.minimum_duration.is_finite() || request.minimum_duration < 0.0 {
-        return Err(TrajectoryError { axis: 0, reason: ProfileError::NotFinite });
+    let mut duration = request.minimum_duration;
+    if !duration.is_finite() || duration < 0.0 {
+        return Err(refused(0)(ProfileError::NotFinite));
     }
     let mut axes = [None; N];
-    let mut duration = request.minimum_duration;
     let each = request.start.iter().zip(&request.end).zip(&request.bounds);
     for (i, (slot, ((start, end), bounds))) in axes.iter_mut().zip(each).enumerate() {
         let task = task(start, end, bounds).map_err(refused(i))?;
@@ -112,49 +115,57 @@ fn plan<const N: usize>(request: &Request<N>, out: &mut [Phases; N]) -> Result<f
         let arrival = Arrival::new(brake.applied(&task));
         let braking = brake.duration();
         let earliest = arrival
-            .not_before(arrival.lower_bound())
-            .map(|t| t + braking)
-            .filter(|t| t.is_finite())
+            .earliest()
+            .map(|time| time + braking)
+            .filter(|time| time.is_finite())
             .ok_or(ProfileError::NotRepresentable)
             .map_err(refused(i))?;
         duration = larger(duration, earliest);
-        *slot = Some(Axis { brake, braking, arrival, earliest });
+        *slot = Some(Axis {
+            brake,
+            braking,
+            arrival,
+            earliest,
+        });
     }
-    if request.synchronisation == Synchronisation::Time {
-        duration = common(&axes, duration).ok_or(TrajectoryError { axis: 0, reason: ProfileError::NotRepresentable })?;
-    }
-    let each = axes.iter().flatten().zip(out).zip(request.start.iter().zip(&request.end).zip(&request.bounds));
-    for ((axis, out), ((start, end), bounds)) in each {
-        let time = match request.synchronisation {
-            Synchronisation::None => larger(axis.earliest, 0.0),
-            Synchronisation::Time => duration,
-        } - axis.braking;
-        out.fill(&axis.brake, &axis.arrival, time, start, end, bounds.j_max);
-    }
-    Ok(duration)
-}
-
-/// The first time not before `time` at which every axis can arrive.
-fn common<const N: usize>(axes: &[Option<Axis>; N], mut time: f64) -> Option<f64> {
     // Every axis has at most three times before which it cannot arrive.
     let most = N.saturating_mul(4).saturating_add(1);
     for _ in 0..most {
-        let before = time;
-        for axis in axes.iter().flatten() {
-            if time <= axis.earliest {
-                continue;
-            }
-            match axis.arrival.at(time - axis.braking) {
-                Verdict::Possible => {}
-                Verdict::NotBefore(later) => time = larger(later + axis.braking, time),
-                Verdict::Never => return None,
-            }
-        }
-        if time <= before {
-            return Some(time);
+        match draw(request, &axes, duration, out).map_err(refused(0))? {
+            Some(later) => duration = later,
+            None => return Ok(duration),
         }
     }
-    None
+    Err(refused(0)(ProfileError::NotRepresentable))
+}
+
+/// Writes the motion of every axis that arrives at `duration`; a later time if one of them cannot.
+fn draw<const N: usize>(
+    request: &Request<N>,
+    axes: &[Option<Axis>; N],
+    duration: f64,
+    out: &mut [Phases; N],
+) -> Result<Option<f64>, ProfileError> {
+    let mut later = None;
+    let each = request.start.iter().zip(&request.end).zip(&request.bounds);
+    for ((axis, out), ((start, end), bounds)) in axes.iter().flatten().zip(out).zip(each) {
+        let time = match request.synchronisation {
+            Synchronisation::None => larger(axis.earliest, request.minimum_duration),
+            Synchronisation::Time => duration,
+        };
+        match axis.arrival.at(time - axis.braking) {
+            Verdict::Possible(between) => {
+                if later.is_none() {
+                    out.fill(&axis.brake, &axis.arrival, &between, start, end, bounds.j_max);
+                }
+            }
+            Verdict::NotBefore(time) => {
+                later = Some(larger(time + axis.braking, later.unwrap_or(duration)));
+            }
+            Verdict::Never => return Err(ProfileError::NotRepresentable),
+        }
+    }
+    Ok(later.filter(|time| *time > duration))
 }
 
 /// The task in units of the jerk limit.
