@@ -10,6 +10,7 @@ mod check;
 mod earliest;
 mod farthest;
 mod limits;
+mod rest;
 mod search;
 mod synchronised;
 mod trajectory;

@@ -3,6 +3,7 @@
 use super::brake::Brake;
 use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
+use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
 use crate::scalar::{smaller, within};
 
@@ -41,7 +42,7 @@ fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
 }
 
 /// Where the integration of the jerk stands, in units of the jerk limit.
-struct Pen<'a> {
+pub(super) struct Pen<'a> {
     out: &'a mut Phases,
     scale: f64,
     from: f64,
@@ -87,40 +88,16 @@ impl Phases {
         self.phases.get(..self.count).unwrap_or(&[])
     }
 
-    /// The brake, and then the motion that arrives after `time` more.
-    pub(super) fn fill(
-        &mut self,
-        brake: &Brake,
-        arrival: &Arrival,
-        between: &Between,
-        start: &Boundary,
-        end: &Boundary,
-        jerk: f64,
-    ) {
+    /// Begins a motion from `start` to `end` with this jerk limit.
+    pub(super) fn pen(&mut self, start: &Boundary, end: &Boundary, jerk: f64) -> Pen<'_> {
         (self.count, self.duration, self.end) = (0, 0.0, *end);
-        let mut pen = Pen {
+        Pen {
             out: self,
             scale: jerk,
             from: start.p,
             x: 0.0,
             v: start.v / jerk,
             a: start.a / jerk,
-        };
-        let [first, second] = brake.times;
-        pen.draw(first, brake.jerk);
-        pen.draw(second, 0.0);
-        let (up, down) = (&arrival.up.task, &arrival.down.task);
-        match between {
-            Between::Farthest(far) => pen.follow(&shape(far, up, 1.0)),
-            Between::Nearest(near) => pen.follow(&shape(near, down, -1.0)),
-            Between::Both(far, near) => {
-                let share = (up.distance + near.distance) / (far.distance + near.distance);
-                pen.mean(
-                    &shape(far, up, 1.0),
-                    &shape(near, down, -1.0),
-                    within(share, 0.0, 1.0),
-                );
-            }
         }
     }
 
@@ -143,6 +120,42 @@ impl Phases {
 }
 
 impl Pen<'_> {
+    /// The brake, and then a motion between two extremal ones.
+    pub(super) fn arrive(&mut self, brake: &Brake, arrival: &Arrival, between: &Between) {
+        let [first, second] = brake.times;
+        self.draw(first, brake.jerk);
+        self.draw(second, 0.0);
+        let (up, down) = (&arrival.up.task, &arrival.down.task);
+        match between {
+            Between::Farthest(far) => self.follow(&shape(far, up, 1.0)),
+            Between::Nearest(near) => self.follow(&shape(near, down, -1.0)),
+            Between::Both(far, near) => {
+                let share = (up.distance + near.distance) / (far.distance + near.distance);
+                self.mean(
+                    &shape(far, up, 1.0),
+                    &shape(near, down, -1.0),
+                    within(share, 0.0, 1.0),
+                );
+            }
+        }
+    }
+
+    /// A motion from rest to rest in a time not below its own: slower by k in time, all limits hold,
+    /// since velocity, acceleration and jerk are smaller by k, k² and k³.
+    pub(super) fn stretch(&mut self, way: &RestToRest, time: f64) {
+        if way.time <= 0.0 {
+            self.draw(time, 0.0);
+            return;
+        }
+        let k = time / way.time;
+        let jerk = 1.0 / (k * k * k);
+        let mut from = 0.0;
+        for (end, sign) in shape(&way.motion, &way.task, way.sign) {
+            self.draw(k * (end - from), jerk * sign);
+            from = end;
+        }
+    }
+
     fn follow(&mut self, shape: &Shape) {
         let mut t = 0.0;
         for (end, jerk) in shape {

@@ -4,6 +4,7 @@ use super::blend::Phases;
 use super::brake::{Brake, INSIDE};
 use super::earliest::{Arrival, Verdict};
 use super::farthest::Task;
+use super::rest::RestToRest;
 use super::{AxisBounds, Boundary, Phase, ProfileError, State};
 use crate::scalar::{larger, smaller};
 use core::fmt;
@@ -90,12 +91,35 @@ impl<const N: usize> Trajectory<N> {
     }
 }
 
+/// One axis, and its earliest arrival.
 #[derive(Clone, Copy)]
 struct Axis {
-    brake: Brake,
-    braking: f64,
-    arrival: Arrival,
+    way: Way,
     earliest: f64,
+}
+
+#[derive(Clone, Copy)]
+enum Way {
+    /// Given more time, the fastest motion is stretched.
+    AtRest(RestToRest),
+    /// Given more time, a mean of extremal motions.
+    Moving { brake: Brake, arrival: Arrival },
+}
+
+impl Axis {
+    fn new(task: &Task) -> Option<Self> {
+        let axis = if let Some(way) = RestToRest::of(task) {
+            Self { earliest: way.time, way: Way::AtRest(way) }
+        } else {
+            let brake = Brake::of(task);
+            let arrival = Arrival::new(brake.applied(task));
+            Self {
+                earliest: arrival.earliest()? + brake.duration(),
+                way: Way::Moving { brake, arrival },
+            }
+        };
+        axis.earliest.is_finite().then_some(axis)
+    }
 }
 
 fn plan<const N: usize>(
@@ -111,22 +135,9 @@ fn plan<const N: usize>(
     let each = request.start.iter().zip(&request.end).zip(&request.bounds);
     for (i, (slot, ((start, end), bounds))) in axes.iter_mut().zip(each).enumerate() {
         let task = task(start, end, bounds).map_err(refused(i))?;
-        let brake = Brake::of(&task);
-        let arrival = Arrival::new(brake.applied(&task));
-        let braking = brake.duration();
-        let earliest = arrival
-            .earliest()
-            .map(|time| time + braking)
-            .filter(|time| time.is_finite())
-            .ok_or(ProfileError::NotRepresentable)
-            .map_err(refused(i))?;
-        duration = larger(duration, earliest);
-        *slot = Some(Axis {
-            brake,
-            braking,
-            arrival,
-            earliest,
-        });
+        let axis = Axis::new(&task).ok_or(refused(i)(ProfileError::NotRepresentable))?;
+        duration = larger(duration, axis.earliest);
+        *slot = Some(axis);
     }
     // Every axis has at most three times before which it cannot arrive.
     let most = N.saturating_mul(4).saturating_add(1);
@@ -153,16 +164,19 @@ fn draw<const N: usize>(
             Synchronisation::None => larger(axis.earliest, request.minimum_duration),
             Synchronisation::Time => duration,
         };
-        match axis.arrival.at(time - axis.braking) {
-            Verdict::Possible(between) => {
-                if later.is_none() {
-                    out.fill(&axis.brake, &axis.arrival, &between, start, end, bounds.j_max);
+        let mut pen = out.pen(start, end, bounds.j_max);
+        match &axis.way {
+            Way::AtRest(way) => pen.stretch(way, time),
+            Way::Moving { brake, arrival } => {
+                let braking = brake.duration();
+                match arrival.at(time - braking) {
+                    Verdict::Possible(between) => pen.arrive(brake, arrival, &between),
+                    Verdict::NotBefore(time) => {
+                        later = Some(larger(time + braking, later.unwrap_or(duration)));
+                    }
+                    Verdict::Never => return Err(ProfileError::NotRepresentable),
                 }
             }
-            Verdict::NotBefore(time) => {
-                later = Some(larger(time + axis.braking, later.unwrap_or(duration)));
-            }
-            Verdict::Never => return Err(ProfileError::NotRepresentable),
         }
     }
     Ok(later.filter(|time| *time > duration))
