@@ -21,7 +21,7 @@ pub use synchronised::{PhaseSynchronised, TimeSynchronised};
 pub use trajectory::{Request, Synchronisation, Trajectory, TrajectoryError};
 
 
-use crate::scalar::smaller;
+use crate::scalar::{SIXTH, smaller};
 
 /// Position, velocity, acceleration and jerk of one axis, in the axis' unit, per s, s², s³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,7 +67,7 @@ impl Phase {
     #[must_use]
     pub fn at(&self, tau: f64) -> State {
         State {
-            p: self.p0 + tau * (self.v0 + tau * (0.5 * self.a0 + tau * self.j / 6.0)),
+            p: self.p0 + tau * (self.v0 + tau * (0.5 * self.a0 + tau * self.j * SIXTH)),
             v: self.v0 + tau * (self.a0 + tau * 0.5 * self.j),
             a: self.a0 + tau * self.j,
             j: self.j,

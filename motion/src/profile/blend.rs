@@ -5,7 +5,7 @@ use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
 use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
-use crate::scalar::{smaller, within};
+use crate::scalar::{SIXTH, smaller, within};
 
 /// Two phases of a brake, and what the two times seven of a blend leave when merged (13).
 const CAPACITY: usize = 16;
@@ -66,7 +66,7 @@ impl Pen<'_> {
             };
             self.out.count += 1;
         }
-        self.x += t * (self.v + t * (0.5 * self.a + t * j / 6.0));
+        self.x += t * (self.v + t * (0.5 * self.a + t * j * SIXTH));
         self.v += t * (self.a + 0.5 * j * t);
         self.a += j * t;
         self.out.duration += t;
@@ -86,6 +86,11 @@ impl Phases {
 
     pub(super) fn as_slice(&self) -> &[Phase] {
         self.phases.get(..self.count).unwrap_or(&[])
+    }
+
+    /// No motion.
+    pub(super) fn clear(&mut self) {
+        (self.count, self.duration) = (0, 0.0);
     }
 
     /// Begins a motion from `start` to `end` with this jerk limit.

@@ -16,7 +16,7 @@
 //! so α and ω follow without search; a limit of acceleration replaces one of them and adds a square
 //! root. The nearest motion is the farthest of the mirrored axis.
 
-use crate::scalar::{larger, smaller};
+use crate::scalar::{SIXTH, larger, smaller};
 
 /// One axis to be moved: ends and limits, in units of the jerk limit. Limits are magnitudes.
 #[derive(Clone, Copy, Debug)]
@@ -205,11 +205,11 @@ impl Upward {
         let v_c = v_b + 0.5 * down * (peak + valley);
         let v_d = v_c + valley * hold_valley;
         let last = a1 - valley;
-        let distance = up * (v0 + up * (0.5 * a0 + up / 6.0))
+        let distance = up * (v0 + up * (0.5 * a0 + up * SIXTH))
             + hold_peak * (v_a + 0.5 * peak * hold_peak)
-            + down * (v_b + down * (0.5 * peak - down / 6.0))
+            + down * (v_b + down * (0.5 * peak - down * SIXTH))
             + hold_valley * (v_c + 0.5 * valley * hold_valley)
-            + last * (v_d + last * (0.5 * valley + last / 6.0));
+            + last * (v_d + last * (0.5 * valley + last * SIXTH));
         Farthest {
             peak,
             hold_peak,

@@ -59,14 +59,43 @@ pub struct Trajectory<const N: usize> {
 }
 
 impl<const N: usize> Trajectory<N> {
+    /// No motion: to be filled by [`Self::plan`].
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            axes: [const { Phases::new() }; N],
+            duration: 0.0,
+        }
+    }
+
     /// The fastest motion that was asked for.
     ///
     /// # Errors
-    /// [`TrajectoryError`]
+    /// As [`Self::plan`].
     pub fn new(request: &Request<N>) -> Result<Self, TrajectoryError> {
-        let mut axes = [const { Phases::new() }; N];
-        let duration = plan(request, &mut axes)?;
-        Ok(Self { axes, duration })
+        let mut trajectory = Self::empty();
+        trajectory.plan(request)?;
+        Ok(trajectory)
+    }
+
+    /// Replaces the motion by the fastest one that was asked for: the way to plan again and again.
+    ///
+    /// # Errors
+    /// [`TrajectoryError`]; the motion is empty then.
+    pub fn plan(&mut self, request: &Request<N>) -> Result<(), TrajectoryError> {
+        match plan(request, &mut self.axes) {
+            Ok(duration) => {
+                self.duration = duration;
+                Ok(())
+            }
+            Err(error) => {
+                self.duration = 0.0;
+                for axis in &mut self.axes {
+                    axis.clear();
+                }
+                Err(error)
+            }
+        }
     }
 
     /// Length in time, s: that of the last axis.
