@@ -8,7 +8,7 @@ use bus::{Bus, BusError};
 use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
-use host::task::{BusKind, Cell};
+use host::task::{self, BusKind, Cell};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::time::Micros;
@@ -56,30 +56,14 @@ impl Virtual {
         seed: u64,
         realtime: bool,
     ) -> Result<Self, Error> {
-        let mut names = Vec::new();
-        let mut kind = Kind::Fd;
-        let mut mp = None;
-        for robot in &cell.robots {
-            let spec = cell.buses.get(robot.mp_bus);
-            if mp
-                .replace(robot.mp_bus)
-                .is_some_and(|other| other != robot.mp_bus)
-            {
-                return Err(internal(&"the simulated cell has one bus towards the MP"));
-            }
-            if let Some(spec) = spec {
-                if spec.kind == BusKind::Classic {
-                    kind = Kind::Classic;
-                }
-                names = vec![spec.name.clone()];
-            }
-        }
-        let mut sim = SimCell::new(kind);
-        let mtu = if kind == Kind::Fd {
-            Mtu::Fd
-        } else {
-            Mtu::Classic
+        let mp = mp_bus(cell)?;
+        let (kind, mtu) = match mp.kind {
+            BusKind::Classic => (Kind::Classic, Mtu::Classic),
+            BusKind::Fd { .. } => (Kind::Fd, Mtu::Fd),
         };
+        let mut sim = SimCell::new(kind);
+        // in the order of the simulated buses
+        let mut buses = vec![mp];
         for (node, robot) in nodes.iter().zip(&cell.robots) {
             let effector = node.get().saturating_sub(NodeId::EFFECTOR_BASE);
             let station = Station {
@@ -90,28 +74,47 @@ impl Virtual {
                 velocity_factor: robot.velocity_factor,
                 one_wire: false,
             };
-            let mut buses = vec![0_u8; robot.axes()];
+            let mut bus_of_axis = vec![0_u8; robot.axes()];
             for (number, group) in robot.drives.iter().enumerate() {
-                names.push(
-                    cell.buses
-                        .get(group.bus)
-                        .map_or_else(String::new, |b| b.name.clone()),
-                );
+                buses.push(bus_of(cell, group.bus)?);
                 for axis in &group.axes {
-                    if let Some(bus) = buses.get_mut(*axis) {
+                    if let Some(bus) = bus_of_axis.get_mut(*axis) {
                         *bus = u8::try_from(number).unwrap_or(u8::MAX);
                     }
                 }
             }
-            sim.add(robot.kind, &station, &buses, seed)
+            sim.add(robot.kind, &station, &bus_of_axis, seed)
                 .map_err(|e: CellError| internal(&e))?;
+        }
+        for (number, bus) in buses.iter().enumerate() {
+            if !sim.set_rates(number, bus.rates()) {
+                return Err(internal(&format!("bus {} is not simulated", bus.name)));
+            }
         }
         Ok(Self {
             cell: sim,
-            names,
+            names: buses.iter().map(|bus| bus.name.clone()).collect(),
             pace: realtime.then(Instant::now),
         })
     }
+}
+
+/// The bus of a number in a cell.
+fn bus_of(cell: &Cell, number: usize) -> Result<&task::BusSpec, Error> {
+    let bus = cell.buses.get(number);
+    bus.ok_or_else(|| internal(&format!("the cell has no bus number {number}")))
+}
+
+/// The one bus between the MP and the nodes.
+fn mp_bus(cell: &Cell) -> Result<&task::BusSpec, Error> {
+    let mut numbers = cell.robots.iter().map(|robot| robot.mp_bus);
+    let first = numbers
+        .next()
+        .ok_or_else(|| internal(&"a cell without robots"))?;
+    if numbers.any(|other| other != first) {
+        return Err(internal(&"the simulated cell has one bus towards the MP"));
+    }
+    bus_of(cell, first)
 }
 
 fn internal(what: &impl ToString) -> Error {
@@ -278,3 +281,6 @@ impl World for Remote {
         false
     }
 }
+
+#[cfg(test)]
+mod test;
