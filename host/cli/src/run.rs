@@ -3,7 +3,7 @@
 use crate::observe::Observers;
 use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
-use bus::spec::BusSpec;
+use bus::spec::{BusSpec, Place};
 use host::error::{Error, exit};
 use host::plot::{self, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
@@ -61,7 +61,7 @@ fn connect(
 ) -> Result<Box<dyn World>, Error> {
     Ok(match &options.bus {
         BusSpec::Virtual => Box::new(Virtual::new(cell, nodes, seed, options.realtime)?),
-        spec => Box::new(Remote::connect(spec)?),
+        BusSpec::Place(place) => Box::new(Remote::connect(place)?),
     })
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let (cell, seed, title) = (task.cell.clone(), task.seed, task.title.clone());
     let mut config = config_of(&cell)
         .ok_or_else(|| Error::Internal("the cell has more robots than numbers".into()))?;
-    if let BusSpec::Hub { .. } = options.bus {
+    if let BusSpec::Place(Place::Hub { .. }) = options.bus {
         config.mtu = Mtu::Classic;
     }
     config.trace_every = u16::from(config.mtu == Mtu::Fd);

@@ -2,9 +2,9 @@
 
 use crate::observe::Observers;
 use bus::hub::HubClient;
-use bus::spec::BusSpec;
+use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
-use bus::{Bus, BusError};
+use bus::{Bus, BusError, open_can};
 use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
@@ -184,43 +184,32 @@ pub(crate) struct Remote {
 
 impl Remote {
     /// Connect to the MP's bus.
-    pub(crate) fn connect(spec: &BusSpec) -> Result<Self, Error> {
+    pub(crate) fn connect(place: &Place) -> Result<Self, Error> {
+        let (bus, _) = open_bus(place)?;
         Ok(Self {
-            bus: open_bus(spec)?,
-            name: spec.to_string(),
+            bus,
+            name: place.to_string(),
             frames: 0,
             sent: Vec::new(),
         })
     }
 }
 
-/// The MP's bus of a cell that is not in this process.
-pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
-    match spec {
-        BusSpec::Virtual => Err(internal(&"virtual is no remote bus")),
-        BusSpec::Hub { host, port } => {
+/// The MP's bus of a cell that is not in this process, and how long its frames may be.
+pub(crate) fn open_bus(place: &Place) -> Result<(Box<dyn Bus>, Mtu), Error> {
+    match place {
+        Place::Hub { host, port } => {
             let deadline = bus::now() + HUB_PATIENCE;
             let client =
                 HubClient::connect(host, *port, "mp", deadline).map_err(|e| bus_error(&e))?;
-            Ok(Box::new(client))
+            // its protocol has no FD frames
+            Ok((Box::new(client), Mtu::Classic))
         }
-        BusSpec::Can { interface } => open_can(interface),
+        Place::Can { interface } => {
+            let (bus, mtu) = open_can(interface).map_err(|e| bus_error(&e))?;
+            Ok((bus, mtu))
+        }
     }
-}
-
-#[cfg(target_os = "linux")]
-fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
-    Ok(Box::new(
-        bus::socketcan::SocketCan::open(interface).map_err(|e| bus_error(&e))?,
-    ))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
-    Err(Error::Bus {
-        bus: format!("can:{interface}"),
-        reason: "SocketCAN exists on Linux only (expected hub or virtual here)".into(),
-    })
 }
 
 pub(crate) fn bus_error(error: &BusError) -> Error {

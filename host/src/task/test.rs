@@ -86,7 +86,7 @@ fn a_cell_file_says_everything() {
         }
     );
     assert_eq!(cell.buses[1].bit_rate, 800_000);
-    let rates = cell.buses.iter().map(|bus| bus.rates());
+    let rates = cell.buses.iter().map(BusSpec::rates);
     let expected = [(500_000, 2_000_000), (800_000, 800_000)];
     assert!(rates.eq(expected.map(|(nominal, data)| Rates { nominal, data })));
     let robot = &cell.robots[cell.robot("left").unwrap()];

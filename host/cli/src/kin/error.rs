@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io;
 
+use process::{End, exit};
 use robots::KinematicError;
 
 /// Why `mrroc kin` failed.
@@ -28,12 +29,12 @@ pub(crate) enum KinError {
 }
 
 impl KinError {
-    /// The process' exit code, after `sysexits`.
+    /// The process' exit code.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) => 64,
-            Self::UnknownRobot(_) | Self::Malformed { .. } | Self::NoAnswer(_) => 65,
-            Self::Stream(_) => 74,
+            Self::Usage(_) => exit::USAGE,
+            Self::UnknownRobot(_) | Self::Malformed { .. } | Self::NoAnswer(_) => exit::DATA,
+            Self::Stream(_) => exit::IO,
         }
     }
 }
@@ -60,6 +61,12 @@ impl fmt::Display for KinError {
 }
 
 impl std::error::Error for KinError {}
+
+impl From<KinError> for End {
+    fn from(error: KinError) -> Self {
+        Self::new(error.exit_code(), error.to_string())
+    }
+}
 
 impl From<io::Error> for KinError {
     fn from(error: io::Error) -> Self {
