@@ -20,6 +20,8 @@ const HUB_PATIENCE: Micros = Micros::from_millis(5000);
 
 /// Robots that can be reached by frames.
 pub(crate) trait World {
+    /// How long the frames to the nodes may be.
+    fn mtu(&self) -> Mtu;
     /// Bus time.
     fn now(&self) -> Micros;
     /// Send a frame to the nodes, now.
@@ -42,6 +44,7 @@ pub(crate) trait World {
 /// The embedded default: nodes, drives and mechanics in this process.
 pub(crate) struct Virtual {
     cell: SimCell,
+    mtu: Mtu,
     names: Vec<String>,
     pace: Option<Instant>,
 }
@@ -93,6 +96,7 @@ impl Virtual {
         }
         Ok(Self {
             cell: sim,
+            mtu,
             names: buses.iter().map(|bus| bus.name.clone()).collect(),
             pace: realtime.then(Instant::now),
         })
@@ -122,6 +126,10 @@ fn internal(what: &impl ToString) -> Error {
 }
 
 impl World for Virtual {
+    fn mtu(&self) -> Mtu {
+        self.mtu
+    }
+
     fn now(&self) -> Micros {
         self.cell.now()
     }
@@ -176,6 +184,7 @@ impl World for Virtual {
 /// Nodes at the other end of a real bus, in real time.
 pub(crate) struct Remote {
     bus: Box<dyn Bus>,
+    mtu: Mtu,
     name: String,
     frames: u64,
     /// Sent since time last passed: a transport does not return one's own frames.
@@ -185,9 +194,10 @@ pub(crate) struct Remote {
 impl Remote {
     /// Connect to the MP's bus.
     pub(crate) fn connect(place: &Place) -> Result<Self, Error> {
-        let (bus, _) = open_bus(place)?;
+        let (bus, mtu) = open_bus(place)?;
         Ok(Self {
             bus,
+            mtu,
             name: place.to_string(),
             frames: 0,
             sent: Vec::new(),
@@ -222,6 +232,10 @@ pub(crate) fn bus_error(error: &BusError) -> Error {
 }
 
 impl World for Remote {
+    fn mtu(&self) -> Mtu {
+        self.mtu
+    }
+
     fn now(&self) -> Micros {
         bus::now()
     }

@@ -1,6 +1,7 @@
 //! The simulated cell is the one its file describes.
 
 use super::*;
+use bus::hub::HubServer;
 use host::program::config_of;
 use protocol::budget::{self, Rates};
 
@@ -65,4 +66,11 @@ fn every_bus_of_a_cell_file_has_its_bit_rates() {
     }
     let names: Vec<String> = world.buses().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["wire", "arm", "wrist"]);
+}
+
+#[test]
+fn frames_on_a_hub_are_short_whatever_the_cell_says() {
+    let hub = HubServer::bind("127.0.0.1:0".parse().unwrap(), &["mp"]).unwrap();
+    let place = format!("hub:{}", hub.address().port()).parse().unwrap();
+    assert_eq!(Remote::connect(&place).unwrap().mtu(), Mtu::Classic);
 }
