@@ -171,7 +171,7 @@ impl Kin {
         | Question::Joints(ByMotors { common, .. })
         | Question::Jacobian(ByJoints { common, .. })) = &self.question;
         let kind = RobotKind::from_name(&common.robot)
-            .map_err(|error| KinError::UnknownRobot(error.to_string()))?;
+            .map_err(|error| KinError::Usage(error.to_string()))?;
         match kind {
             RobotKind::Irp6Track => self.question.answer(&Irp6Track, out, input),
             RobotKind::Irp6Postument => self.question.answer(&Irp6Postument, out, input),

@@ -9,10 +9,8 @@ use robots::KinematicError;
 /// Why `mrroc kin` failed.
 #[derive(Debug)]
 pub(crate) enum KinError {
-    /// Flags are missing or have the wrong number of values.
+    /// There is no such robot, or flags are missing or have the wrong number of values.
     Usage(String),
-    /// There is no such robot; the text lists those there are.
-    UnknownRobot(String),
     /// Lines of stdin could not be read as cases.
     Malformed {
         /// How many.
@@ -33,7 +31,7 @@ impl KinError {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => exit::USAGE,
-            Self::UnknownRobot(_) | Self::Malformed { .. } | Self::NoAnswer(_) => exit::DATA,
+            Self::Malformed { .. } | Self::NoAnswer(_) => exit::DATA,
             Self::Stream(_) => exit::IO,
         }
     }
@@ -42,7 +40,7 @@ impl KinError {
 impl fmt::Display for KinError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(text) | Self::UnknownRobot(text) => f.write_str(text),
+            Self::Usage(text) => f.write_str(text),
             Self::Malformed {
                 lines: 1,
                 first,
