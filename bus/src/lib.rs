@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`wire`] | a virtual segment with arbitration and exact frame lengths, in virtual time |
 //! | [`hub`] | a loopback TCP server of the socketcand protocol, and its client |
-//! | [`socketcan`](crate::spec::BusSpec::Can) | Linux network interfaces (module `socketcan`, Linux only) |
+//! | [`socketcan`](open_can) | Linux network interfaces (module `socketcan`, Linux only) |
 //! | [`candump`] | log lines of can-utils, written and read |
 //! | [`spec`] | what `--bus` may say |
 //!
@@ -12,12 +12,15 @@
 //! of its own, and is driven by its owner.
 #![forbid(unsafe_code)]
 
+mod can;
 pub mod candump;
 pub mod hub;
 #[cfg(target_os = "linux")]
 pub mod socketcan;
 pub mod spec;
 pub mod wire;
+
+pub use can::open_can;
 
 use protocol::frame::Frame;
 use protocol::time::Micros;

@@ -7,8 +7,12 @@
 //! hub:HOST:PORT      a hub elsewhere (loopback only, unless remote hosts are allowed)
 //! can:IFACE          a Linux CAN interface, e.g. can:can0
 //! ```
+//!
+//! Who can bring the robots along in its own process takes a [`BusSpec`]; who needs a bus to others
+//! takes a [`Place`], which is never virtual.
 
 use crate::hub::DEFAULT_PORT;
+use std::fmt;
 use std::net::IpAddr;
 use std::str::FromStr;
 
@@ -17,6 +21,13 @@ use std::str::FromStr;
 pub enum BusSpec {
     /// In this process, with the simulator.
     Virtual,
+    /// Between processes.
+    Place(Place),
+}
+
+/// A bus between processes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
     /// A socketcand hub.
     Hub {
         /// Name or address, without brackets.
@@ -40,17 +51,25 @@ pub enum Reach {
     Remote,
 }
 
+/// What names a [`Place`].
+const PLACES: &str = "hub, hub:PORT, hub:HOST:PORT or can:INTERFACE";
+/// What names a [`BusSpec`].
+const ALL: &str = "virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE";
+
 /// Why a text names no bus. Every message is one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
     /// Not one of the kinds.
-    #[error(
-        "unknown bus {text:?}: expected virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE"
-    )]
+    #[error("unknown bus {text:?}: expected {expected}")]
     Unknown {
         /// What was given.
         text: String,
+        /// What is possible.
+        expected: &'static str,
     },
+    /// `virtual` where others must be reached.
+    #[error("bus \"virtual\": it lives inside one process (expected {PLACES})")]
+    Virtual,
     /// Not a TCP port.
     #[error("bus {text:?}: {port:?} is not a port (1 to 65535)")]
     Port {
@@ -91,52 +110,72 @@ impl BusSpec {
     /// # Errors
     /// When it names none, or a hub on another machine although `reach` is loopback.
     pub fn parse(text: &str, reach: Reach) -> Result<Self, SpecError> {
-        let shown = || text.chars().take(80).collect::<String>();
+        if text == "virtual" {
+            return Ok(Self::Virtual);
+        }
+        match Place::parse(text, reach) {
+            Err(SpecError::Unknown { text, .. }) => Err(SpecError::Unknown {
+                text,
+                expected: ALL,
+            }),
+            place => place.map(Self::Place),
+        }
+    }
+}
+
+impl Place {
+    /// The bus between processes that `text` names.
+    ///
+    /// # Errors
+    /// When it names none, or a hub on another machine although `reach` is loopback.
+    pub fn parse(text: &str, reach: Reach) -> Result<Self, SpecError> {
         match text.split_once(':') {
-            None if text == "virtual" => Ok(Self::Virtual),
+            None if text == "virtual" => Err(SpecError::Virtual),
             None if text == "hub" => Ok(Self::hub("127.0.0.1", DEFAULT_PORT)),
-            Some(("hub", place)) => {
-                let (host, port) = match place.rsplit_once(':') {
-                    Some((host, port)) => (bare(host), port),
-                    None => (Some("127.0.0.1"), place),
-                };
-                let host = host
-                    .filter(|host| is_host(host))
-                    .ok_or_else(|| SpecError::Host {
-                        text: shown(),
-                        host: place.chars().take(80).collect(),
-                    })?;
-                let number = port
-                    .parse()
-                    .ok()
-                    .filter(|_| port.bytes().all(|b| b.is_ascii_digit()));
-                let Some(number @ 1..) = number else {
-                    let port = port.chars().take(80).collect();
-                    return Err(SpecError::Port {
-                        text: shown(),
-                        port,
-                    });
-                };
-                if reach == Reach::Loopback && !is_loopback(host) {
-                    return Err(SpecError::Remote {
-                        text: shown(),
-                        host: host.to_owned(),
-                    });
-                }
-                Ok(Self::hub(host, number))
-            }
+            Some(("hub", place)) => Self::parse_hub(text, place, reach),
             Some(("can", name)) if is_interface(name) => Ok(Self::Can {
                 interface: name.to_owned(),
             }),
-            Some(("can", name)) => {
-                let name = name.chars().take(80).collect();
-                Err(SpecError::Interface {
-                    text: shown(),
-                    name,
-                })
-            }
-            _ => Err(SpecError::Unknown { text: shown() }),
+            Some(("can", name)) => Err(SpecError::Interface {
+                text: shown(text),
+                name: shown(name),
+            }),
+            _ => Err(SpecError::Unknown {
+                text: shown(text),
+                expected: PLACES,
+            }),
         }
+    }
+
+    /// `place` is what follows `hub:` in `text`.
+    fn parse_hub(text: &str, place: &str, reach: Reach) -> Result<Self, SpecError> {
+        let (host, port) = match place.rsplit_once(':') {
+            Some((host, port)) => (bare(host), port),
+            None => (Some("127.0.0.1"), place),
+        };
+        let host = host
+            .filter(|host| is_host(host))
+            .ok_or_else(|| SpecError::Host {
+                text: shown(text),
+                host: shown(place),
+            })?;
+        let number = port
+            .parse()
+            .ok()
+            .filter(|_| port.bytes().all(|b| b.is_ascii_digit()));
+        let Some(number @ 1..) = number else {
+            return Err(SpecError::Port {
+                text: shown(text),
+                port: shown(port),
+            });
+        };
+        if reach == Reach::Loopback && !is_loopback(host) {
+            return Err(SpecError::Remote {
+                text: shown(text),
+                host: host.to_owned(),
+            });
+        }
+        Ok(Self::hub(host, number))
     }
 
     fn hub(host: &str, port: u16) -> Self {
@@ -156,15 +195,37 @@ impl FromStr for BusSpec {
     }
 }
 
-impl std::fmt::Display for BusSpec {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl FromStr for Place {
+    type Err = SpecError;
+
+    /// As [`Place::parse`], this machine only.
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        Self::parse(text, Reach::Loopback)
+    }
+}
+
+impl fmt::Display for BusSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Virtual => f.write_str("virtual"),
+            Self::Place(place) => place.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             Self::Hub { host, port } if host.contains(':') => write!(f, "hub:[{host}]:{port}"),
             Self::Hub { host, port } => write!(f, "hub:{host}:{port}"),
             Self::Can { interface } => write!(f, "can:{interface}"),
         }
     }
+}
+
+/// As much of what was given as a message shows.
+fn shown(text: &str) -> String {
+    text.chars().take(80).collect()
 }
 
 /// Without the brackets of an IPv6 address; `None` if it has colons but no brackets.
@@ -204,7 +265,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn hub(host: &str, port: u16) -> BusSpec {
-        BusSpec::hub(host, port)
+        BusSpec::Place(Place::hub(host, port))
+    }
+
+    fn can(interface: &str) -> BusSpec {
+        BusSpec::Place(Place::Can {
+            interface: interface.to_owned(),
+        })
     }
 
     #[test]
@@ -215,19 +282,14 @@ mod tests {
             ("hub:30000", hub("127.0.0.1", 30000)),
             ("hub:localhost:1", hub("localhost", 1)),
             ("hub:[::1]:65535", hub("::1", 65535)),
-            (
-                "can:can0",
-                BusSpec::Can {
-                    interface: "can0".into(),
-                },
-            ),
-            (
-                "can:vcan-mp.0",
-                BusSpec::Can {
-                    interface: "vcan-mp.0".into(),
-                },
-            ),
+            ("can:can0", can("can0")),
+            ("can:vcan-mp.0", can("vcan-mp.0")),
         ] {
+            let place = match &bus {
+                BusSpec::Virtual => Err(SpecError::Virtual),
+                BusSpec::Place(place) => Ok(place.clone()),
+            };
+            assert_eq!(text.parse(), place, "{text}");
             assert_eq!(text.parse(), Ok(bus), "{text}");
         }
         let far = BusSpec::parse("hub:lab-pc.example:29536", Reach::Remote);
@@ -270,6 +332,26 @@ mod tests {
                 "{text}: {error}"
             );
         }
+    }
+
+    #[test]
+    fn virtual_is_offered_where_it_is_possible() {
+        let unknown = |expected: &str| format!("unknown bus \"tcp:1\": expected {expected}");
+        let bus = "tcp:1".parse::<BusSpec>().unwrap_err().to_string();
+        assert_eq!(
+            bus,
+            unknown("virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE")
+        );
+        let place = "tcp:1".parse::<Place>().unwrap_err().to_string();
+        assert_eq!(
+            place,
+            unknown("hub, hub:PORT, hub:HOST:PORT or can:INTERFACE")
+        );
+        assert_eq!(
+            "virtual".parse::<Place>().unwrap_err().to_string(),
+            "bus \"virtual\": it lives inside one process (expected hub, hub:PORT, hub:HOST:PORT \
+             or can:INTERFACE)"
+        );
     }
 
     proptest! {

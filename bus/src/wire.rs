@@ -140,14 +140,8 @@ impl Wire {
     /// An idle segment with so many taps, at the default rates and queue capacity.
     #[must_use]
     pub fn new(kind: Kind, taps: usize) -> Self {
-        Self::with_rates(kind, taps, kind.default_rates())
-    }
-
-    /// As [`Self::new`], with other bit rates.
-    #[must_use]
-    pub fn with_rates(kind: Kind, taps: usize, rates: Rates) -> Self {
         Self {
-            rates,
+            rates: kind.default_rates(),
             queues: Queues::new(kind, taps),
             idle_from_ns: 0,
             now_ns: 0,
@@ -180,6 +174,11 @@ impl Wire {
     #[must_use]
     pub const fn rates(&self) -> Rates {
         self.rates
+    }
+
+    /// Other bit rates, from the next frame on.
+    pub const fn set_rates(&mut self, rates: Rates) {
+        self.rates = rates;
     }
 
     /// Queues a frame that `tap` wants to send from `at_ns` on. Times before the end of the last

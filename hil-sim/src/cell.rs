@@ -8,6 +8,7 @@ use crate::plant::parameters::{RobotSetup, irp6_postument, irp6_track};
 use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
 use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
 use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
+use protocol::budget::Rates;
 use protocol::frame::Frame;
 use protocol::time::Micros;
 use robots::{Irp6Postument, Irp6Track, Robot, RobotKind};
@@ -181,6 +182,15 @@ impl Cell {
             first_bus,
         });
         Ok(())
+    }
+
+    /// Other bit rates than 1 Mbit/s (FD data 5 Mbit/s) for a bus, from its next frame on; `bus` is
+    /// its number in [`Self::bus_names`]. `false` if there is no such bus.
+    #[must_use]
+    pub fn set_rates(&mut self, bus: usize, rates: Rates) -> bool {
+        let drives = self.places.iter_mut().flat_map(|place| &mut place.wires);
+        let wire = std::iter::once(&mut self.mp_wire).chain(drives).nth(bus);
+        wire.map(|wire| wire.set_rates(rates)).is_some()
     }
 
     /// The names of the buses, in their order: `mp`, then each robot's drive buses.

@@ -1,18 +1,18 @@
 //! What the process does: robots in threads of their own, and the hub between the processes.
 
 pub(crate) mod args;
-pub(crate) mod exit;
 
-use args::{Args, Place};
+use args::Args;
 use bus::hub::{HubServer, Reachable};
-use bus::{Bus, BusError};
-use exit::End;
+use bus::spec::Place;
+use bus::{Bus, BusError, open_can};
 use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES, drive_buses};
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
 use hil_sim::plant::robot::SimRobot;
 use hil_sim::realtime::clock::Clock;
 use hil_sim::realtime::{LiveRobot, Statistics, Waiting};
+use process::{End, exit};
 use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -164,25 +164,12 @@ fn build(
             )
         }
         (Place::Can { interface }, _) => {
-            let can = open_can(interface).map_err(unavailable)?;
+            let (can, _) = open_can(interface).map_err(unavailable)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
         }
         (Place::Hub { .. }, None) => {
             return Err(End::new(exit::INTERNAL, "the hub was not started"));
         }
-    })
-}
-
-#[cfg(target_os = "linux")]
-fn open_can(interface: &str) -> Result<Box<dyn Bus + Send>, BusError> {
-    Ok(Box::new(bus::socketcan::SocketCan::open(interface)?))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn open_can(interface: &str) -> Result<Box<dyn Bus + Send>, BusError> {
-    Err(BusError::Open {
-        bus: format!("can:{interface}"),
-        reason: "only Linux has CAN interfaces (SocketCAN); use --bus hub".into(),
     })
 }
 

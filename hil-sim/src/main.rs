@@ -10,6 +10,6 @@ fn main() -> ExitCode {
     let result = command::args::parse(std::env::args_os()).and_then(|args| command::run(&args));
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(end) => end.tell(),
+        Err(end) => end.tell("mrroc-hil-sim"),
     }
 }

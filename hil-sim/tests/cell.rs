@@ -5,8 +5,10 @@ use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::cell::{Cell, Observer};
 use hil_sim::drive::DriveFault;
+use protocol::budget::{self, Rates};
 use protocol::canopen::emcy::ErrorCode;
 use protocol::fault::{Cause, Refusal};
+use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{
@@ -212,6 +214,52 @@ fn the_postument_homes_and_moves_with_every_law() {
 fn the_track_homes_and_moves() {
     let target = [0.1, 0.0, -1.57, 0.0, 1.56, 1.57, -1.57];
     homes_and_moves(RobotKind::Irp6Track, ServoLaw::DrivePosition, &target);
+}
+
+#[test]
+fn every_bus_has_rates_of_its_own() {
+    // the first frame of each bus: the nodes announce themselves and talk to their drives
+    let first = |changed: Option<usize>| {
+        let mut c = Coordinator::new(RobotKind::Irp6Track, ServoLaw::DrivePosition);
+        if let Some(bus) = changed {
+            let half = Rates {
+                nominal: 500_000,
+                data: 2_500_000,
+            };
+            assert!(c.cell.set_rates(bus, half));
+        }
+        let mut heard = FirstFrames(vec![None; c.cell.bus_names().len()]);
+        c.macrostep(&mut heard);
+        heard.0
+    };
+    let usual = first(None);
+    assert_eq!(usual.len(), 3);
+    for bus in 0..usual.len() {
+        for (other, (at, was)) in first(Some(bus)).into_iter().zip(&usual).enumerate() {
+            let (at, was) = (at.unwrap(), was.unwrap());
+            // all are sent in the node's first step, and last whole nanoseconds a bit
+            let began = was.0 - was.1;
+            let lasts = if other == bus { 2 * was.1 } else { was.1 };
+            assert_eq!(
+                at.0,
+                began + lasts,
+                "bus {other} with the rates of {bus} halved"
+            );
+        }
+    }
+    let mut cell = Cell::new(Kind::Fd);
+    assert!(cell.set_rates(0, Rates::FD_1M_8M));
+    assert!(!cell.set_rates(1, Rates::CLASSIC_1M), "there is no robot");
+}
+
+/// When the first frame of each bus ended, and how long it lasts at the usual rates, ns.
+struct FirstFrames(Vec<Option<(u64, u64)>>);
+
+impl Observer for FirstFrames {
+    fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
+        let lasts = Rates::FD_1M_5M.duration_ns(budget::exact(frame));
+        self.0[bus].get_or_insert((at_ns, lasts));
+    }
 }
 
 #[test]

@@ -208,7 +208,10 @@ fn refused(name: &str, args: &[&str], code: i32, says: &[&str]) {
     let mut process = Process::start(name, args);
     let (status, said) = process.end();
     assert_eq!(status.code(), Some(code), "{name} {args:?}: {said:#?}");
-    let errors: Vec<_> = said.iter().filter(|line| line.contains("error:")).collect();
+    let errors: Vec<_> = said
+        .iter()
+        .filter(|line| line.starts_with(&format!("{name}: ")))
+        .collect();
     assert_eq!(errors.len(), 1, "{name} {args:?}: {said:#?}");
     assert_eq!(said.last(), Some(errors[0]));
     assert!(

@@ -35,6 +35,7 @@ const MOTION: &str = "mrroc-motion";
 const ROBOTS: &str = "mrroc-robots";
 const PROTOCOL: &str = "mrroc-protocol";
 const BUS: &str = "mrroc-bus";
+const PROCESS: &str = "mrroc-process";
 const FIRMWARE: &str = "mrroc-firmware";
 const HIL_SIM: &str = "mrroc-hil-sim";
 const HOST: &str = "mrroc-host";
@@ -52,26 +53,27 @@ const RULES: &[Rule] = &[
         true,
     ),
     rim(BUS, "bus", Imports::Only(&[PROTOCOL])),
+    rim(PROCESS, "process", Imports::Only(&[])),
     rim(
         "mrroc-node",
         "firmware/node",
-        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS, FIRMWARE]),
+        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS, PROCESS, FIRMWARE]),
     ),
     rim(
         HIL_SIM,
         "hil-sim",
-        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS, FIRMWARE]),
+        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS, PROCESS, FIRMWARE]),
     ),
     rim(
         HOST,
         "host",
-        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS]),
+        Imports::Only(&[AGENT, MOTION, ROBOTS, PROTOCOL, BUS, PROCESS]),
     ),
     rim(
         "mrroc",
         "host/cli",
         Imports::Only(&[
-            AGENT, MOTION, ROBOTS, PROTOCOL, BUS, FIRMWARE, HIL_SIM, HOST,
+            AGENT, MOTION, ROBOTS, PROTOCOL, BUS, PROCESS, FIRMWARE, HIL_SIM, HOST,
         ]),
     ),
     rim("mrroc-examples", "examples", Imports::Anything),
@@ -307,6 +309,7 @@ mod test {
             ROBOTS,
             PROTOCOL,
             BUS,
+            PROCESS,
             FIRMWARE,
             "mrroc-node",
             HIL_SIM,

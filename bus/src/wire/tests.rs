@@ -148,6 +148,26 @@ fn what_cannot_be_sent_is_refused_and_counted() {
 }
 
 #[test]
+fn at_half_the_rates_a_frame_takes_twice_as_long() {
+    let long = Frame::fd(Id::Standard(0x10), &[0x3C; 64]).unwrap();
+    for (kind, frame) in [(Kind::Classic, frame(0x10, &[0x3C; 8])), (Kind::Fd, long)] {
+        let mut wire = Wire::new(kind, 1);
+        let Rates { nominal, data } = wire.rates();
+        wire.post(0, 0, frame).unwrap();
+        let once = run(&mut wire, 1_000_000)[0].0;
+        assert_eq!(wire.statistics().busy_ns, once);
+        wire.set_rates(Rates {
+            nominal: nominal / 2,
+            data: data / 2,
+        });
+        wire.post(0, 0, frame).unwrap();
+        // from where the first advance ended; whole nanoseconds a bit at all of these rates
+        assert_eq!(run(&mut wire, 3_000_000)[0].0, 1_000_000 + 2 * once);
+        assert_eq!(wire.statistics().busy_ns, 3 * once);
+    }
+}
+
+#[test]
 fn the_same_identifier_from_two_taps_is_a_collision() {
     let mut wire = Wire::new(Kind::Classic, 2);
     for tap in [1, 0] {

@@ -1,12 +1,21 @@
 //! The command line.
 
-use crate::exit::{self, End};
-use bus::spec::BusSpec;
+use bus::spec::Place;
 use clap::{Parser, ValueEnum};
+use process::End;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use robots::RobotKind;
 use std::ffi::OsString;
+
+/// For `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+   0  done: ended by Ctrl-C or SIGTERM, at rest, torque off
+  64  wrong use of the command line (unknown robot, bad bus, bad value)
+  69  the bus cannot be opened: no hub, no interface, no CAN in this system
+  70  an error of this program
+  74  the bus failed on the way";
 
 /// The controller node of one robot, in real time.
 ///
@@ -16,13 +25,13 @@ use std::ffi::OsString;
 /// the node was called at the end. Ctrl-C or SIGTERM: path stop, torque off, end; a second one
 /// cuts the torque at once. Axes are counted from 1.
 #[derive(Debug, Parser)]
-#[command(name = "mrroc-node", version, after_help = exit::HELP)]
+#[command(name = "mrroc-node", version, after_help = EXIT_CODES)]
 struct Raw {
     /// The robot: irp6-track or irp6-postument
     robot: String,
     /// Where MP and drives are: hub, hub:PORT, hub:HOST:PORT (this machine) or can:INTERFACE
     #[arg(long)]
-    bus: String,
+    bus: Place,
     /// The effector's number j, from 1 [default: irp6-track 1, irp6-postument 2]
     #[arg(long, value_name = "J")]
     effector: Option<u8>,
@@ -47,23 +56,6 @@ enum Law {
     FeedForward,
 }
 
-/// A real bus.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
-    /// A hub.
-    Hub {
-        /// Name or address.
-        host: String,
-        /// TCP port.
-        port: u16,
-    },
-    /// A CAN interface.
-    Can {
-        /// Its name.
-        interface: String,
-    },
-}
-
 /// What is to be run.
 #[derive(Debug)]
 pub(crate) struct Args {
@@ -86,43 +78,24 @@ pub(crate) struct Args {
 /// # Errors
 /// `--help` and `--version` (code 0), or what is wrong, in one line.
 pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, End> {
-    let raw = Raw::try_parse_from(args).map_err(|error| {
-        if error.use_stderr() {
-            End::new(exit::USAGE, one_line(&error.to_string()))
-        } else {
-            End::new(0, error.to_string())
-        }
-    })?;
-    let usage = |text: String| End::new(exit::USAGE, text);
-    let robot = RobotKind::from_name(&raw.robot).map_err(|error| usage(error.to_string()))?;
-    let place = match raw.bus.parse() {
-        Ok(BusSpec::Hub { host, port }) => Place::Hub { host, port },
-        Ok(BusSpec::Can { interface }) => Place::Can { interface },
-        Ok(BusSpec::Virtual) => {
-            return Err(usage(
-                "--bus: a node process needs a bus between processes (expected hub, hub:PORT or \
-                 can:INTERFACE, got virtual)"
-                    .into(),
-            ));
-        }
-        Err(error) => return Err(usage(format!("--bus: {error}"))),
-    };
+    let raw = Raw::try_parse_from(args)?;
+    let robot = RobotKind::from_name(&raw.robot).map_err(|error| End::usage(error.to_string()))?;
     let effector = raw.effector.unwrap_or(robot.effector());
     if effector == 0 || NodeId::effector(effector).is_none() {
-        return Err(usage(format!(
+        return Err(End::usage(format!(
             "--effector: not an effector's number (expected 1 to {}, got {effector})",
             NodeId::MAX - NodeId::EFFECTOR_BASE
         )));
     }
     if !(raw.velocity_factor > 0.0 && raw.velocity_factor <= 1.0) {
-        return Err(usage(format!(
+        return Err(End::usage(format!(
             "--velocity-factor: out of range (expected 0 < F <= 1, got {})",
             raw.velocity_factor
         )));
     }
     Ok(Args {
         robot,
-        place,
+        place: raw.bus,
         effector,
         law: match raw.law {
             Law::DrivePosition => ServoLaw::DrivePosition,
@@ -134,18 +107,10 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     })
 }
 
-/// The first paragraph of clap's text as one line.
-fn one_line(text: &str) -> String {
-    let paragraph = text.split("\n\n").next().unwrap_or(text);
-    let words: Vec<&str> = paragraph.split_whitespace().collect();
-    let line = words.join(" ");
-    let line = line.strip_prefix("error: ").unwrap_or(&line);
-    format!("{line} (see mrroc-node --help)")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use process::exit;
 
     fn of(text: &str) -> Result<Args, End> {
         parse(text.split(' ').map(OsString::from))

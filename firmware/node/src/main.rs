@@ -6,7 +6,6 @@
 //! | module | one line |
 //! |---|---|
 //! | [`args`] | the command line |
-//! | [`exit`] | exit codes, and errors of one line |
 //! | [`ports`] | the node's ports on real buses |
 //! | [`answers`] | on a hub: waiting for drives whose answers are late |
 //! | [`beat`] | the node's time: exact instants, whatever the operating system does |
@@ -20,7 +19,6 @@
 mod answers;
 mod args;
 mod beat;
-mod exit;
 mod lateness;
 mod panel;
 mod ports;
@@ -31,12 +29,9 @@ mod run;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let args = match args::parse(std::env::args_os()) {
-        Ok(args) => args,
-        Err(end) => return end.tell(),
-    };
-    match run::run(&args) {
+    let result = args::parse(std::env::args_os()).and_then(|args| run::run(&args));
+    match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(end) => end.tell(),
+        Err(end) => end.tell("mrroc-node"),
     }
 }

@@ -1,12 +1,12 @@
 //! The node's ports on real buses.
 
 use crate::answers::{Answers, PATIENCE};
-use crate::args::Place;
-use crate::exit::{self, End};
 use bus::hub::HubClient;
-use bus::{Bus, BusError, now};
+use bus::spec::Place;
+use bus::{Bus, BusError, now, open_can};
 use firmware::process::drive_buses;
 use firmware::{Port, Received};
+use process::{End, exit};
 use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -136,24 +136,6 @@ pub(crate) fn open(
             })
         }
     }
-}
-
-/// An interface carries CAN FD if its largest unit is that of an FD frame (`CANFD_MTU`).
-#[cfg(target_os = "linux")]
-fn open_can(interface: &str) -> Result<(Box<dyn Bus>, Mtu), BusError> {
-    const CANFD_MTU: u32 = 72;
-    let bus = bus::socketcan::SocketCan::open(interface)?;
-    let unit = std::fs::read_to_string(format!("/sys/class/net/{interface}/mtu"));
-    let fd = unit.is_ok_and(|text| text.trim().parse().is_ok_and(|unit: u32| unit >= CANFD_MTU));
-    Ok((Box::new(bus), if fd { Mtu::Fd } else { Mtu::Classic }))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn open_can(interface: &str) -> Result<(Box<dyn Bus>, Mtu), BusError> {
-    Err(BusError::Open {
-        bus: format!("can:{interface}"),
-        reason: "only Linux has CAN interfaces (SocketCAN); use --bus hub".into(),
-    })
 }
 
 impl Connection {

@@ -2,7 +2,6 @@
 
 use crate::args::Args;
 use crate::beat::Beat;
-use crate::exit::{self, End};
 use crate::lateness::Lateness;
 use crate::panel::{Ended, Panel};
 use crate::ports::{self, Ports};
@@ -11,6 +10,7 @@ use crate::report::Report;
 use bus::now;
 use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
+use process::{End, exit};
 use protocol::id::NodeId;
 use protocol::time::Micros;
 use robots::{Irp6Postument, Irp6Track, RobotKind};

@@ -1,10 +1,19 @@
 //! The command line.
 
-use super::exit::{self, End};
-use bus::spec::BusSpec;
+use bus::spec::{Place, SpecError};
 use clap::Parser;
+use process::End;
 use robots::RobotKind;
 use std::ffi::OsString;
+
+/// For `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+   0  done: ended by Ctrl-C or SIGTERM
+  64  wrong use of the command line (unknown robot, bad bus, bad value)
+  69  the bus cannot be opened: port taken, no interface, no CAN in this system
+  70  an error of this program
+  74  the bus failed on the way";
 
 /// Drives and mechanics of robots, in real time.
 ///
@@ -13,14 +22,14 @@ use std::ffi::OsString;
 /// everything is one wire. Late? Then it says so, on stderr and in the summary. Ctrl-C or SIGTERM
 /// ends it.
 #[derive(Debug, Parser)]
-#[command(name = "mrroc-hil-sim", version, after_help = exit::HELP)]
+#[command(name = "mrroc-hil-sim", version, after_help = EXIT_CODES)]
 struct Raw {
     /// The robots: irp6-track, irp6-postument
     #[arg(required = true, value_name = "ROBOT")]
     robots: Vec<String>,
     /// Where: hub, hub:PORT (port 0: any free one, told at the start) or can:INTERFACE
-    #[arg(long)]
-    bus: String,
+    #[arg(long, value_parser = place)]
+    bus: Place,
     /// The effectors' numbers, in the order of the robots [default: irp6-track 1, irp6-postument 2]
     #[arg(long, value_name = "J,…", value_delimiter = ',')]
     effector: Vec<u8>,
@@ -32,29 +41,12 @@ struct Raw {
     json: bool,
 }
 
-/// A real bus.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
-    /// A hub of our own.
-    Hub {
-        /// Name or address of this machine.
-        host: String,
-        /// TCP port; 0 = any free one.
-        port: u16,
-    },
-    /// A CAN interface.
-    Can {
-        /// Its name.
-        interface: String,
-    },
-}
-
 /// What is to be run.
 #[derive(Debug)]
 pub(crate) struct Args {
     /// The robots and their effector numbers.
     pub(crate) robots: Vec<(RobotKind, u8)>,
-    /// The bus.
+    /// The bus; a hub is our own, and port 0 any free one.
     pub(crate) place: Place,
     /// Seed of everything random.
     pub(crate) seed: u64,
@@ -67,17 +59,10 @@ pub(crate) struct Args {
 /// # Errors
 /// `--help` and `--version` (code 0), or what is wrong, in one line.
 pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, End> {
-    let raw = Raw::try_parse_from(args).map_err(|error| {
-        if error.use_stderr() {
-            End::new(exit::USAGE, one_line(&error.to_string()))
-        } else {
-            End::new(0, error.to_string())
-        }
-    })?;
-    let usage = |text: String| End::new(exit::USAGE, text);
-    let place = place(&raw.bus)?;
+    let raw = Raw::try_parse_from(args)?;
+    let place = raw.bus;
     if !raw.effector.is_empty() && raw.effector.len() != raw.robots.len() {
-        return Err(usage(format!(
+        return Err(End::usage(format!(
             "--effector: expected one number for each of {} robots, got {}",
             raw.robots.len(),
             raw.effector.len()
@@ -86,22 +71,20 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     let mut robots: Vec<(RobotKind, u8)> = Vec::new();
     let mut numbers = raw.effector.iter().copied();
     for name in &raw.robots {
-        let kind = RobotKind::from_name(name).map_err(|error| usage(error.to_string()))?;
+        let kind = RobotKind::from_name(name).map_err(|error| End::usage(error.to_string()))?;
         let number = numbers.next().unwrap_or(kind.effector());
         if number == 0 {
-            return Err(usage(
-                "--effector: expected numbers from 1 on, got 0".into(),
-            ));
+            return Err(End::usage("--effector: expected numbers from 1 on, got 0"));
         }
         let hub = matches!(place, Place::Hub { .. });
         if hub && robots.iter().any(|(other, _)| *other == kind) {
-            return Err(usage(format!(
+            return Err(End::usage(format!(
                 "{kind}: given twice (expected each robot once on a hub: its channels are named \
                  after it)"
             )));
         }
         if let Some((other, _)) = robots.iter().find(|(_, taken)| *taken == number) {
-            return Err(usage(format!(
+            return Err(End::usage(format!(
                 "--effector: {other} and {kind} are both effector {number} (expected different \
                  numbers)"
             )));
@@ -116,37 +99,21 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     })
 }
 
-fn place(text: &str) -> Result<Place, End> {
-    if text == "hub:0" {
-        return Ok(Place::Hub {
+/// Where the hub is to be, or which interface: as everywhere, and the hub's port may be 0.
+fn place(text: &str) -> Result<Place, SpecError> {
+    match text {
+        "hub:0" => Ok(Place::Hub {
             host: "127.0.0.1".into(),
             port: 0,
-        });
+        }),
+        _ => text.parse(),
     }
-    match text.parse() {
-        Ok(BusSpec::Hub { host, port }) => Ok(Place::Hub { host, port }),
-        Ok(BusSpec::Can { interface }) => Ok(Place::Can { interface }),
-        Ok(BusSpec::Virtual) => Err(End::new(
-            exit::USAGE,
-            "--bus: a simulator process needs a bus between processes (expected hub, hub:PORT or \
-             can:INTERFACE, got virtual)",
-        )),
-        Err(error) => Err(End::new(exit::USAGE, format!("--bus: {error}"))),
-    }
-}
-
-/// The first paragraph of clap's text as one line.
-fn one_line(text: &str) -> String {
-    let paragraph = text.split("\n\n").next().unwrap_or(text);
-    let words: Vec<&str> = paragraph.split_whitespace().collect();
-    let line = words.join(" ");
-    let line = line.strip_prefix("error: ").unwrap_or(&line);
-    format!("{line} (see mrroc-hil-sim --help)")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use process::exit;
 
     fn of(text: &str) -> Result<Args, End> {
         parse(text.split(' ').map(OsString::from))

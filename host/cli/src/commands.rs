@@ -4,10 +4,11 @@ use crate::kin::Kin;
 use crate::monitor;
 use crate::run::{Finished, Options, catch_interrupt, run};
 use agent::{Class, Inhabitant};
-use bus::spec::{BusSpec, Reach};
+use bus::spec::{BusSpec, Place};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use host::error::{Error, exit};
+use host::error::Error;
 use host::task::{self, Task};
+use process::{End, exit};
 use protocol::message::StopKind;
 use robots::RobotKind;
 use std::io::{BufReader, Write};
@@ -21,7 +22,7 @@ pub(crate) struct Cli {
     command: Command,
 }
 
-/// Exit codes, as in `host::error::exit`.
+/// Exit codes, as in [`exit`].
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 10 a fault ended the motion; 11 a target was refused or cannot be reached; \
 12 stopped by the operator; 64 wrong use; 65 wrong contents of a file; 66 a file cannot be read; \
@@ -57,7 +58,7 @@ enum Command {
 #[derive(Args, Debug)]
 struct Common {
     /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
-    #[arg(long, default_value = "virtual", value_parser = bus_spec)]
+    #[arg(long, default_value = "virtual")]
     bus: BusSpec,
     /// Pace virtual time by the wall clock.
     #[arg(long)]
@@ -174,8 +175,8 @@ struct StopArgs {
     #[arg(long, default_value = "path", value_parser = stop_kind)]
     kind: StopKind,
     /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
-    #[arg(long, default_value = "hub", value_parser = bus_spec)]
-    bus: BusSpec,
+    #[arg(long, default_value = "hub")]
+    bus: Place,
 }
 
 #[derive(Args, Debug)]
@@ -183,10 +184,6 @@ struct ClassesArgs {
     /// Print a JSON array.
     #[arg(long)]
     json: bool,
-}
-
-fn bus_spec(text: &str) -> Result<BusSpec, String> {
-    BusSpec::parse(text, Reach::Loopback).map_err(|e| e.to_string())
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -223,41 +220,38 @@ pub(crate) fn robot(name: &str) -> Result<RobotKind, Error> {
 
 impl Cli {
     /// Carry out the command; the exit code.
-    pub(crate) fn run(self) -> Result<u8, Error> {
-        match self.command {
-            Command::Run(args) => args.run(),
+    pub(crate) fn run(self) -> Result<u8, End> {
+        Ok(match self.command {
+            Command::Run(args) => args.run()?,
             Command::Home(args) => {
                 let kinds = args
                     .robots
                     .iter()
                     .map(|n| robot(n))
                     .collect::<Result<Vec<_>, _>>()?;
-                args.common.run(Task::homing(&kinds), None)
+                args.common.run(Task::homing(&kinds), None)?
             }
-            Command::Move(args) => args.run(),
-            Command::Stop(args) => monitor::stop(&args.bus, args.kind),
-            Command::Monitor(args) => args.run(),
+            Command::Move(args) => args.run()?,
+            Command::Stop(args) => monitor::stop(&args.bus, args.kind)?,
+            Command::Monitor(args) => args.run()?,
             Command::Kin(kin) => {
                 let mut input = BufReader::new(std::io::stdin());
-                match kin.run(&mut std::io::stdout().lock(), &mut input) {
-                    Ok(()) => Ok(exit::OK),
-                    Err(error) => {
-                        let _ = writeln!(std::io::stderr(), "mrroc: {error}");
-                        Ok(error.exit_code())
-                    }
-                }
+                kin.run(&mut std::io::stdout().lock(), &mut input)?;
+                exit::OK
             }
-            Command::Classes(args) => Ok(classes(args.json)),
+            Command::Classes(args) => classes(args.json),
             Command::Completions { shell } => {
                 let mut command = Self::command();
                 clap_complete::generate(shell, &mut command, "mrroc", &mut std::io::stdout());
-                Ok(exit::OK)
+                exit::OK
             }
-            Command::Man => clap_mangen::Man::new(Self::command())
-                .render(&mut std::io::stdout())
-                .map(|()| exit::OK)
-                .map_err(|e| Error::Internal(e.to_string())),
-        }
+            Command::Man => {
+                let rendered =
+                    clap_mangen::Man::new(Self::command()).render(&mut std::io::stdout());
+                rendered.map_err(|e| Error::Internal(e.to_string()))?;
+                exit::OK
+            }
+        })
     }
 }
 

@@ -42,7 +42,7 @@ enum Question {
     /// Forward: the pose of joint positions
     Fk {
         #[command(flatten)]
-        case: ByJoints,
+        asked: Asked<JointsCase>,
         /// Which frame's pose to give
         #[arg(long, value_enum, default_value_t = Frame::Flange)]
         frame: Frame,
@@ -50,17 +50,17 @@ enum Question {
     /// Inverse: every configuration that reaches a pose, and the one nearest to `--near`
     Ik {
         #[command(flatten)]
-        case: ByPose,
+        asked: Asked<PoseFlags>,
         /// Which frame the pose is of
         #[arg(long, value_enum, default_value_t = Frame::Flange)]
         frame: Frame,
     },
     /// Motor angles of joint positions
-    Motors(ByJoints),
+    Motors(Asked<JointsCase>),
     /// Joint positions of motor angles
-    Joints(ByMotors),
+    Joints(Asked<MotorsCase>),
     /// Geometric Jacobian of the flange in the base frame: linear rows, then angular rows
-    Jacobian(ByJoints),
+    Jacobian(Asked<JointsCase>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -71,70 +71,29 @@ enum Frame {
     Tool,
 }
 
+/// A robot, and one case of it by flags or a line a case.
 #[derive(Debug, Args)]
-struct Common {
+struct Asked<C: Args> {
     /// The robot's name, such as irp6-track
     robot: String,
     /// Read a JSON object a line from stdin, write one a line to stdout
     #[arg(long)]
     jsonl: bool,
+    #[command(flatten)]
+    case: C,
 }
 
 #[derive(Debug, Args)]
-struct ByJoints {
-    #[command(flatten)]
-    common: Common,
-    /// Joint positions, rad or m, separated by commas
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        conflicts_with = "jsonl"
-    )]
-    joints: Vec<f64>,
-}
-
-#[derive(Debug, Args)]
-struct ByMotors {
-    #[command(flatten)]
-    common: Common,
-    /// Motor angles, rad, separated by commas
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        conflicts_with = "jsonl"
-    )]
-    motors: Vec<f64>,
-}
-
-#[derive(Debug, Args)]
-struct ByPose {
-    #[command(flatten)]
-    common: Common,
+#[group(conflicts_with = "jsonl")]
+struct PoseFlags {
     /// x,y,z of the frame's origin, m
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        conflicts_with = "jsonl"
-    )]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     position: Vec<f64>,
     /// The nine entries of the rotation matrix, row by row
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        conflicts_with = "jsonl"
-    )]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     rotation: Vec<f64>,
     /// Where the robot is, rad or m: picks the nearest branch and the track's position
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        conflicts_with = "jsonl"
-    )]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     near: Vec<f64>,
 }
 
@@ -160,18 +119,18 @@ impl Kin {
     /// after the last one.
     pub(crate) fn run(self, out: &mut dyn Write, input: &mut dyn BufRead) -> Result<(), KinError> {
         let (Question::Fk {
-            case: ByJoints { common, .. },
+            asked: Asked { robot, .. },
             ..
         }
         | Question::Ik {
-            case: ByPose { common, .. },
+            asked: Asked { robot, .. },
             ..
         }
-        | Question::Motors(ByJoints { common, .. })
-        | Question::Joints(ByMotors { common, .. })
-        | Question::Jacobian(ByJoints { common, .. })) = &self.question;
-        let kind = RobotKind::from_name(&common.robot)
-            .map_err(|error| KinError::UnknownRobot(error.to_string()))?;
+        | Question::Motors(Asked { robot, .. })
+        | Question::Joints(Asked { robot, .. })
+        | Question::Jacobian(Asked { robot, .. })) = &self.question;
+        let kind =
+            RobotKind::from_name(robot).map_err(|error| KinError::Usage(error.to_string()))?;
         match kind {
             RobotKind::Irp6Track => self.question.answer(&Irp6Track, out, input),
             RobotKind::Irp6Postument => self.question.answer(&Irp6Postument, out, input),
@@ -187,50 +146,34 @@ impl Question {
         input: &mut dyn BufRead,
     ) -> Result<(), KinError> {
         match self {
-            Self::Fk { case, frame } => {
-                by_joints(case, robot, out, input, |q| Ok(forward(robot, q, frame)))
+            Self::Fk { asked, frame } => {
+                by_joints(asked, robot, out, input, |q| Ok(forward(robot, q, frame)))
             }
-            Self::Motors(case) => by_joints(case, robot, out, input, |q| {
+            Self::Motors(asked) => by_joints(asked, robot, out, input, |q| {
                 Ok(Answer::Motors {
                     motors: robot.motors(q)?.0.to_vec(),
                 })
             }),
-            Self::Jacobian(case) => by_joints(case, robot, out, input, |q| {
+            Self::Jacobian(asked) => by_joints(asked, robot, out, input, |q| {
                 let jacobian = robot.jacobian(q);
                 let rows = jacobian.row_iter().map(|row| row.iter().copied().collect());
                 Ok(Answer::Jacobian {
                     jacobian: rows.collect(),
                 })
             }),
-            Self::Joints(ByMotors { common, motors }) => {
-                let case = Some(MotorsCase { motors }).filter(|case| !case.motors.is_empty());
-                serve(
-                    &common,
-                    case,
-                    "--motors",
-                    out,
-                    input,
-                    |case: &MotorsCase| {
-                        let motors = Motors(counted("motors", robot, &case.motors)?);
-                        Ok(Answer::Joints {
-                            joints: robot.joints(&motors)?.0.to_vec(),
-                        })
-                    },
-                )
+            Self::Joints(Asked { jsonl, case, .. }) => {
+                let case = Some(case).filter(|case| !case.motors.is_empty());
+                serve(jsonl, case, "--motors", out, input, |case: &MotorsCase| {
+                    let motors = Motors(counted("motors", robot, &case.motors)?);
+                    Ok(Answer::Joints {
+                        joints: robot.joints(&motors)?.0.to_vec(),
+                    })
+                })
             }
-            Self::Ik { case, frame } => {
-                let ByPose {
-                    common,
-                    position,
-                    rotation,
-                    near,
-                } = case;
-                let given = !(position.is_empty() && rotation.is_empty() && near.is_empty());
-                let case = given
-                    .then(|| pose_of_flags(&position, &rotation, near))
-                    .transpose()?;
+            Self::Ik { asked, frame } => {
+                let case = asked.case.case()?;
                 let flags = "--position, --rotation and --near";
-                serve(&common, case, flags, out, input, |case: &PoseCase| {
+                serve(asked.jsonl, case, flags, out, input, |case: &PoseCase| {
                     inverse(robot, case, frame)
                 })
             }
@@ -239,16 +182,15 @@ impl Question {
 }
 
 fn by_joints<const N: usize>(
-    case: ByJoints,
+    asked: Asked<JointsCase>,
     robot: &impl Robot<N>,
     out: &mut dyn Write,
     input: &mut dyn BufRead,
     answer: impl Fn(&Joints<N>) -> Result<Answer, KinematicError>,
 ) -> Result<(), KinError> {
-    let ByJoints { common, joints } = case;
-    let case = Some(JointsCase { joints }).filter(|case| !case.joints.is_empty());
+    let case = Some(asked.case).filter(|case| !case.joints.is_empty());
     serve(
-        &common,
+        asked.jsonl,
         case,
         "--joints",
         out,
@@ -315,34 +257,47 @@ fn counted<const N: usize>(
     })
 }
 
-fn pose_of_flags(position: &[f64], rotation: &[f64], near: Vec<f64>) -> Result<PoseCase, KinError> {
-    let wrong = |flag: &str, expected: usize, got: usize| {
-        KinError::Usage(format!("{flag}: expected {expected} numbers, got {got}"))
-    };
-    let position_m = position
-        .try_into()
-        .map_err(|_| wrong("--position", 3, position.len()))?;
-    let entries: [f64; 9] = rotation
-        .try_into()
-        .map_err(|_| wrong("--rotation", 9, rotation.len()))?;
-    let [a, b, c, d, e, f, g, h, i] = entries;
-    Ok(PoseCase {
-        position_m,
-        rotation: [[a, b, c], [d, e, f], [g, h, i]],
-        near,
-    })
+impl PoseFlags {
+    /// The case they say, if any of them was given.
+    fn case(self) -> Result<Option<PoseCase>, KinError> {
+        let Self {
+            position,
+            rotation,
+            near,
+        } = self;
+        if position.is_empty() && rotation.is_empty() && near.is_empty() {
+            return Ok(None);
+        }
+        let wrong = |flag: &str, expected: usize, got: usize| {
+            KinError::Usage(format!("{flag}: expected {expected} numbers, got {got}"))
+        };
+        let position_m = position
+            .as_slice()
+            .try_into()
+            .map_err(|_| wrong("--position", 3, position.len()))?;
+        let entries: [f64; 9] = rotation
+            .as_slice()
+            .try_into()
+            .map_err(|_| wrong("--rotation", 9, rotation.len()))?;
+        let [a, b, c, d, e, f, g, h, i] = entries;
+        Ok(Some(PoseCase {
+            position_m,
+            rotation: [[a, b, c], [d, e, f], [g, h, i]],
+            near,
+        }))
+    }
 }
 
 /// Answers the case of the flags, or with `--jsonl` every line of `input`.
 fn serve<C: DeserializeOwned>(
-    common: &Common,
+    jsonl: bool,
     case: Option<C>,
     flags: &str,
     out: &mut dyn Write,
     input: &mut dyn BufRead,
     answer: impl Fn(&C) -> Result<Answer, Refusal>,
 ) -> Result<(), KinError> {
-    if common.jsonl {
+    if jsonl {
         return lines(out, input, answer);
     }
     let case = case.ok_or_else(|| KinError::Usage(format!("expected {flags}, or --jsonl")))?;

@@ -1,8 +1,9 @@
 //! Watching a bus without taking part, and stopping everyone on it.
 
 use crate::run::{catch_interrupt, interrupted};
+use crate::world::open_bus;
 use bus::Bus;
-use bus::spec::{BusSpec, Reach};
+use bus::spec::Place;
 use clap::Args;
 use host::error::{Error, exit, fault_text};
 use host::mp::arm::{Arm, arm, motor_angles};
@@ -30,10 +31,8 @@ const STOP_PATIENCE: Micros = Micros::from_millis(5000);
 #[derive(Args, Debug)]
 pub(crate) struct Monitor {
     /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
-    #[arg(long, default_value = "hub", value_parser = |text: &str| {
-        BusSpec::parse(text, Reach::Loopback).map_err(|e| e.to_string())
-    })]
-    bus: BusSpec,
+    #[arg(long, default_value = "hub")]
+    bus: Place,
     /// Print one JSON value per node and refresh instead of a table.
     #[arg(long)]
     json: bool,
@@ -53,7 +52,7 @@ struct Heard {
 
 impl Monitor {
     pub(crate) fn run(self) -> Result<u8, Error> {
-        let mut bus = open(&self.bus)?;
+        let (mut bus, _) = open_bus(&self.bus)?;
         catch_interrupt()?;
         let mut link = Endpoint::<64>::new(NodeId::MP, Role::Observer, Mtu::Classic);
         let mut nodes = BTreeMap::<u8, Heard>::new();
@@ -92,17 +91,6 @@ impl Monitor {
         }
         Ok(exit::OK)
     }
-}
-
-fn open(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
-    if *spec == BusSpec::Virtual {
-        return Err(Error::Usage {
-            what: "the virtual bus lives inside one process".into(),
-            expected: "hub or can:INTERFACE".into(),
-            got: "virtual".into(),
-        });
-    }
-    crate::world::open_bus(spec)
 }
 
 fn listen(
@@ -208,8 +196,8 @@ fn json(nodes: &BTreeMap<u8, Heard>) -> String {
 }
 
 /// Stop everyone on a bus; anyone may.
-pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
-    let mut bus = open(spec)?;
+pub(crate) fn stop(place: &Place, kind: StopKind) -> Result<u8, Error> {
+    let (mut bus, _) = open_bus(place)?;
     // A number of its own: another MP may be talking as number 1.
     let me = NodeId::new(2).unwrap_or(NodeId::MP);
     let mut link = Endpoint::<64>::new(me, Role::Observer, Mtu::Classic);
@@ -241,7 +229,7 @@ pub(crate) fn stop(spec: &BusSpec, kind: StopKind) -> Result<u8, Error> {
         }
         if bus::now() > deadline {
             return Err(Error::Bus {
-                bus: spec.to_string(),
+                bus: place.to_string(),
                 reason: format!(
                     "stop was sent, but {} (expected nodes at rest)",
                     if heard == 0 {

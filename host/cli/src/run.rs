@@ -5,6 +5,7 @@ use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
 use host::error::{Error, exit};
+use host::mp::config::Config;
 use host::plot::{self, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
 use host::summary::{BusSummary, MachinePart, RobotSummary, StepSummary, Summary};
@@ -61,7 +62,7 @@ fn connect(
 ) -> Result<Box<dyn World>, Error> {
     Ok(match &options.bus {
         BusSpec::Virtual => Box::new(Virtual::new(cell, nodes, seed, options.realtime)?),
-        spec => Box::new(Remote::connect(spec)?),
+        BusSpec::Place(place) => Box::new(Remote::connect(place)?),
     })
 }
 
@@ -74,12 +75,9 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let (cell, seed, title) = (task.cell.clone(), task.seed, task.title.clone());
     let mut config = config_of(&cell)
         .ok_or_else(|| Error::Internal("the cell has more robots than numbers".into()))?;
-    if let BusSpec::Hub { .. } = options.bus {
-        config.mtu = Mtu::Classic;
-    }
-    config.trace_every = u16::from(config.mtu == Mtu::Fd);
     let nodes: Vec<NodeId> = config.robots.iter().map(|robot| robot.node).collect();
     let mut world = connect(&cell, &nodes, seed, options)?;
+    fit(&mut config, world.mtu());
     let nonce = u32::try_from(seed & 0xFFFF_FFFF).unwrap_or(0);
     let mut run = Run::new(task, path.map(Path::to_owned), config, nonce)
         .map_err(|e| Error::Internal(e.to_string()))?;
@@ -131,6 +129,14 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         summary,
         exit_code: failure.map_or(exit::OK, |e| e.exit_code()),
     })
+}
+
+/// Frames no longer than the bus carries, and as much traffic as it has room for.
+fn fit(config: &mut Config, bus: Mtu) {
+    if bus == Mtu::Classic {
+        config.mtu = Mtu::Classic;
+    }
+    config.trace_every = u16::from(config.mtu == Mtu::Fd);
 }
 
 /// A picture is written when everything is over; that its directory is missing is told before.
@@ -270,4 +276,31 @@ fn buses(world: &dyn World, span: Micros) -> Vec<BusSummary> {
         latency_max_s: whole.then_some(s.worst_latency_ns as f64 * 1e-9),
     })
     .collect()
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use host::task::BusSpec as CellBus;
+    use robots::RobotKind;
+
+    #[test]
+    fn frames_are_as_long_as_both_the_cell_and_its_bus_allow() {
+        let (fd, classic) = (CellBus::fd("mp"), CellBus::classic("mp"));
+        for (described, real, mtu) in [
+            (&fd, Mtu::Fd, Mtu::Fd),
+            (&fd, Mtu::Classic, Mtu::Classic),
+            (&classic, Mtu::Fd, Mtu::Classic),
+            (&classic, Mtu::Classic, Mtu::Classic),
+        ] {
+            let mut cell = Cell::of(&[RobotKind::Irp6Postument]);
+            let number = cell.robots[0].mp_bus;
+            cell.buses[number] = described.clone();
+            let mut config = config_of(&cell).unwrap();
+            fit(&mut config, real);
+            assert_eq!(config.mtu, mtu, "{described:?} {real:?}");
+            // a classical bus has no room for every demand
+            assert_eq!(config.trace_every, u16::from(mtu == Mtu::Fd));
+        }
+    }
 }

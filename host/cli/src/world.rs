@@ -2,13 +2,13 @@
 
 use crate::observe::Observers;
 use bus::hub::HubClient;
-use bus::spec::BusSpec;
+use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
-use bus::{Bus, BusError};
+use bus::{Bus, BusError, open_can};
 use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
-use host::task::{BusKind, Cell};
+use host::task::{self, BusKind, Cell};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::time::Micros;
@@ -20,6 +20,8 @@ const HUB_PATIENCE: Micros = Micros::from_millis(5000);
 
 /// Robots that can be reached by frames.
 pub(crate) trait World {
+    /// How long the frames to the nodes may be.
+    fn mtu(&self) -> Mtu;
     /// Bus time.
     fn now(&self) -> Micros;
     /// Send a frame to the nodes, now.
@@ -42,6 +44,7 @@ pub(crate) trait World {
 /// The embedded default: nodes, drives and mechanics in this process.
 pub(crate) struct Virtual {
     cell: SimCell,
+    mtu: Mtu,
     names: Vec<String>,
     pace: Option<Instant>,
 }
@@ -56,30 +59,14 @@ impl Virtual {
         seed: u64,
         realtime: bool,
     ) -> Result<Self, Error> {
-        let mut names = Vec::new();
-        let mut kind = Kind::Fd;
-        let mut mp = None;
-        for robot in &cell.robots {
-            let spec = cell.buses.get(robot.mp_bus);
-            if mp
-                .replace(robot.mp_bus)
-                .is_some_and(|other| other != robot.mp_bus)
-            {
-                return Err(internal(&"the simulated cell has one bus towards the MP"));
-            }
-            if let Some(spec) = spec {
-                if spec.kind == BusKind::Classic {
-                    kind = Kind::Classic;
-                }
-                names = vec![spec.name.clone()];
-            }
-        }
-        let mut sim = SimCell::new(kind);
-        let mtu = if kind == Kind::Fd {
-            Mtu::Fd
-        } else {
-            Mtu::Classic
+        let mp = mp_bus(cell)?;
+        let (kind, mtu) = match mp.kind {
+            BusKind::Classic => (Kind::Classic, Mtu::Classic),
+            BusKind::Fd { .. } => (Kind::Fd, Mtu::Fd),
         };
+        let mut sim = SimCell::new(kind);
+        // in the order of the simulated buses
+        let mut buses = vec![mp];
         for (node, robot) in nodes.iter().zip(&cell.robots) {
             let effector = node.get().saturating_sub(NodeId::EFFECTOR_BASE);
             let station = Station {
@@ -90,28 +77,48 @@ impl Virtual {
                 velocity_factor: robot.velocity_factor,
                 one_wire: false,
             };
-            let mut buses = vec![0_u8; robot.axes()];
+            let mut bus_of_axis = vec![0_u8; robot.axes()];
             for (number, group) in robot.drives.iter().enumerate() {
-                names.push(
-                    cell.buses
-                        .get(group.bus)
-                        .map_or_else(String::new, |b| b.name.clone()),
-                );
+                buses.push(bus_of(cell, group.bus)?);
                 for axis in &group.axes {
-                    if let Some(bus) = buses.get_mut(*axis) {
+                    if let Some(bus) = bus_of_axis.get_mut(*axis) {
                         *bus = u8::try_from(number).unwrap_or(u8::MAX);
                     }
                 }
             }
-            sim.add(robot.kind, &station, &buses, seed)
+            sim.add(robot.kind, &station, &bus_of_axis, seed)
                 .map_err(|e: CellError| internal(&e))?;
+        }
+        for (number, bus) in buses.iter().enumerate() {
+            if !sim.set_rates(number, bus.rates()) {
+                return Err(internal(&format!("bus {} is not simulated", bus.name)));
+            }
         }
         Ok(Self {
             cell: sim,
-            names,
+            mtu,
+            names: buses.iter().map(|bus| bus.name.clone()).collect(),
             pace: realtime.then(Instant::now),
         })
     }
+}
+
+/// The bus of a number in a cell.
+fn bus_of(cell: &Cell, number: usize) -> Result<&task::BusSpec, Error> {
+    let bus = cell.buses.get(number);
+    bus.ok_or_else(|| internal(&format!("the cell has no bus number {number}")))
+}
+
+/// The one bus between the MP and the nodes.
+fn mp_bus(cell: &Cell) -> Result<&task::BusSpec, Error> {
+    let mut numbers = cell.robots.iter().map(|robot| robot.mp_bus);
+    let first = numbers
+        .next()
+        .ok_or_else(|| internal(&"a cell without robots"))?;
+    if numbers.any(|other| other != first) {
+        return Err(internal(&"the simulated cell has one bus towards the MP"));
+    }
+    bus_of(cell, first)
 }
 
 fn internal(what: &impl ToString) -> Error {
@@ -119,6 +126,10 @@ fn internal(what: &impl ToString) -> Error {
 }
 
 impl World for Virtual {
+    fn mtu(&self) -> Mtu {
+        self.mtu
+    }
+
     fn now(&self) -> Micros {
         self.cell.now()
     }
@@ -173,6 +184,7 @@ impl World for Virtual {
 /// Nodes at the other end of a real bus, in real time.
 pub(crate) struct Remote {
     bus: Box<dyn Bus>,
+    mtu: Mtu,
     name: String,
     frames: u64,
     /// Sent since time last passed: a transport does not return one's own frames.
@@ -181,43 +193,33 @@ pub(crate) struct Remote {
 
 impl Remote {
     /// Connect to the MP's bus.
-    pub(crate) fn connect(spec: &BusSpec) -> Result<Self, Error> {
+    pub(crate) fn connect(place: &Place) -> Result<Self, Error> {
+        let (bus, mtu) = open_bus(place)?;
         Ok(Self {
-            bus: open_bus(spec)?,
-            name: spec.to_string(),
+            bus,
+            mtu,
+            name: place.to_string(),
             frames: 0,
             sent: Vec::new(),
         })
     }
 }
 
-/// The MP's bus of a cell that is not in this process.
-pub(crate) fn open_bus(spec: &BusSpec) -> Result<Box<dyn Bus>, Error> {
-    match spec {
-        BusSpec::Virtual => Err(internal(&"virtual is no remote bus")),
-        BusSpec::Hub { host, port } => {
+/// The MP's bus of a cell that is not in this process, and how long its frames may be.
+pub(crate) fn open_bus(place: &Place) -> Result<(Box<dyn Bus>, Mtu), Error> {
+    match place {
+        Place::Hub { host, port } => {
             let deadline = bus::now() + HUB_PATIENCE;
             let client =
                 HubClient::connect(host, *port, "mp", deadline).map_err(|e| bus_error(&e))?;
-            Ok(Box::new(client))
+            // its protocol has no FD frames
+            Ok((Box::new(client), Mtu::Classic))
         }
-        BusSpec::Can { interface } => open_can(interface),
+        Place::Can { interface } => {
+            let (bus, mtu) = open_can(interface).map_err(|e| bus_error(&e))?;
+            Ok((bus, mtu))
+        }
     }
-}
-
-#[cfg(target_os = "linux")]
-fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
-    Ok(Box::new(
-        bus::socketcan::SocketCan::open(interface).map_err(|e| bus_error(&e))?,
-    ))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn open_can(interface: &str) -> Result<Box<dyn Bus>, Error> {
-    Err(Error::Bus {
-        bus: format!("can:{interface}"),
-        reason: "SocketCAN exists on Linux only (expected hub or virtual here)".into(),
-    })
 }
 
 pub(crate) fn bus_error(error: &BusError) -> Error {
@@ -230,6 +232,10 @@ pub(crate) fn bus_error(error: &BusError) -> Error {
 }
 
 impl World for Remote {
+    fn mtu(&self) -> Mtu {
+        self.mtu
+    }
+
     fn now(&self) -> Micros {
         bus::now()
     }
@@ -278,3 +284,6 @@ impl World for Remote {
         false
     }
 }
+
+#[cfg(test)]
+mod test;

@@ -5,6 +5,7 @@ use super::kind::{drive_groups, t_world_base};
 use crate::input::{DataError, LoadError, Problem, shown};
 use motion::pose::Pose;
 use nalgebra::Vector3;
+use protocol::budget::Rates;
 use protocol::message::{MAX_NAME, ServoLaw};
 use robots::RobotKind;
 use std::path::Path;
@@ -104,6 +105,18 @@ impl BusSpec {
                 data_bit_rate: 5_000_000,
             },
             bit_rate: 1_000_000,
+        }
+    }
+
+    /// Its bit rates; data of classical frames has the nominal one.
+    #[must_use]
+    pub const fn rates(&self) -> Rates {
+        Rates {
+            nominal: self.bit_rate,
+            data: match self.kind {
+                BusKind::Classic => self.bit_rate,
+                BusKind::Fd { data_bit_rate } => data_bit_rate,
+            },
         }
     }
 }
@@ -385,8 +398,9 @@ fn drives(
     for group in value.list()? {
         let fields = group.fields("a group of drives", &["bus", "axes"])?;
         let bus = bus_index(cell, &fields.required("bus")?)?;
+        let listed = fields.required("axes")?;
         let mut axes = Vec::new();
-        for axis in fields.required("axes")?.list()? {
+        for axis in listed.list()? {
             let number = axis.integer(&range, |axis| (1..=kind.axes() as u64).contains(&axis))?;
             let index = usize::try_from(number).unwrap_or(usize::MAX) - 1;
             match taken.get_mut(index) {
@@ -401,6 +415,14 @@ fn drives(
                 }
             }
             axes.push(index);
+        }
+        if axes.is_empty() {
+            return Err(listed.error(
+                Problem::WrongCount,
+                "a group of drives without axes",
+                "at least one",
+                "none",
+            ));
         }
         groups.push(DriveGroup { bus, axes });
     }

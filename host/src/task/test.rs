@@ -1,6 +1,7 @@
 use super::*;
 use crate::error::{Error, exit};
 use proptest::prelude::*;
+use protocol::budget::Rates;
 
 const CELL: &str =
     "[[cell.robot]]\nkind = \"irp6-track\"\n[[cell.robot]]\nkind = \"irp6-postument\"\n";
@@ -85,6 +86,9 @@ fn a_cell_file_says_everything() {
         }
     );
     assert_eq!(cell.buses[1].bit_rate, 800_000);
+    let rates = cell.buses.iter().map(BusSpec::rates);
+    let expected = [(500_000, 2_000_000), (800_000, 800_000)];
+    assert!(rates.eq(expected.map(|(nominal, data)| Rates { nominal, data })));
     let robot = &cell.robots[cell.robot("left").unwrap()];
     assert_eq!(robot.servo, ServoLaw::Original);
     assert_eq!(robot.mp_bus, 0);
@@ -337,6 +341,12 @@ fn every_mistake_elsewhere_has_its_place() {
                 "title = \"a\"\n{robot}drives = [{{ bus = \"b\", axes = [8] }}]\n[[cell.bus]]\nname = \"b\"\nkind = \"classic\"\n{step}"
             ),
             "4:32: error: `axes` out of range (expected 1 to 7, got `8`)",
+        ),
+        (
+            format!(
+                "title = \"a\"\n{robot}drives = [{{ bus = \"b\", axes = [] }}]\n[[cell.bus]]\nname = \"b\"\nkind = \"classic\"\n{step}"
+            ),
+            "4:31: error: a group of drives without axes (expected at least one, got none)",
         ),
         (
             format!(

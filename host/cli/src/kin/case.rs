@@ -1,19 +1,26 @@
 //! The JSON of `mrroc kin`: cases in, answers out.
 
+use clap::Args;
 use robots::KinematicError;
 use serde::{Deserialize, Serialize};
 
-/// A case of `fk`, `motors` and `jacobian`.
-#[derive(Debug, Deserialize)]
+/// A case of `fk`, `motors` and `jacobian`, by a line or by flags.
+#[derive(Args, Debug, Deserialize)]
+#[group(conflicts_with = "jsonl")]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointsCase {
+    /// Joint positions, rad or m, separated by commas
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     pub(super) joints: Vec<f64>,
 }
 
-/// A case of `joints`.
-#[derive(Debug, Deserialize)]
+/// A case of `joints`, by a line or by flags.
+#[derive(Args, Debug, Deserialize)]
+#[group(conflicts_with = "jsonl")]
 #[serde(deny_unknown_fields)]
 pub(super) struct MotorsCase {
+    /// Motor angles, rad, separated by commas
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     pub(super) motors: Vec<f64>,
 }
 

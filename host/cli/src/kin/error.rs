@@ -3,15 +3,14 @@
 use std::fmt;
 use std::io;
 
+use process::{End, exit};
 use robots::KinematicError;
 
 /// Why `mrroc kin` failed.
 #[derive(Debug)]
 pub(crate) enum KinError {
-    /// Flags are missing or have the wrong number of values.
+    /// There is no such robot, or flags are missing or have the wrong number of values.
     Usage(String),
-    /// There is no such robot; the text lists those there are.
-    UnknownRobot(String),
     /// Lines of stdin could not be read as cases.
     Malformed {
         /// How many.
@@ -28,12 +27,12 @@ pub(crate) enum KinError {
 }
 
 impl KinError {
-    /// The process' exit code, after `sysexits`.
+    /// The process' exit code.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) => 64,
-            Self::UnknownRobot(_) | Self::Malformed { .. } | Self::NoAnswer(_) => 65,
-            Self::Stream(_) => 74,
+            Self::Usage(_) => exit::USAGE,
+            Self::Malformed { .. } | Self::NoAnswer(_) => exit::DATA,
+            Self::Stream(_) => exit::IO,
         }
     }
 }
@@ -41,7 +40,7 @@ impl KinError {
 impl fmt::Display for KinError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(text) | Self::UnknownRobot(text) => f.write_str(text),
+            Self::Usage(text) => f.write_str(text),
             Self::Malformed {
                 lines: 1,
                 first,
@@ -60,6 +59,12 @@ impl fmt::Display for KinError {
 }
 
 impl std::error::Error for KinError {}
+
+impl From<KinError> for End {
+    fn from(error: KinError) -> Self {
+        Self::new(error.exit_code(), error.to_string())
+    }
+}
 
 impl From<io::Error> for KinError {
     fn from(error: io::Error) -> Self {

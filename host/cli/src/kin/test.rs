@@ -135,7 +135,7 @@ fn malformed_lines_are_answered_counted_and_passed() {
 fn wrong_use_says_what_was_expected() {
     let (out, result) = kin("fk irp7 --joints 1", "");
     let error = result.unwrap_err();
-    assert_eq!((out.as_str(), error.exit_code()), ("", 65));
+    assert_eq!((out.as_str(), error.exit_code()), ("", 64));
     assert_eq!(
         error.to_string(),
         "unknown robot \"irp7\"; known: irp6-track, irp6-postument"

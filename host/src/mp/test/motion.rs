@@ -5,7 +5,7 @@ use crate::mp::behaviour::{acknowledge, execute, start_programs, wait_until};
 use crate::mp::event::What;
 use crate::mp::failure::Failure;
 use crate::mp::watch::Watch;
-use crate::mp::{Mp, MpStatus};
+use crate::mp::{Job, Mp, MpStatus};
 use protocol::fault::{Cause, Refusal};
 use protocol::message::{AxisSpeeds, Instruction, NodeState, Progress, StopKind};
 use protocol::time::Micros;
@@ -31,6 +31,20 @@ fn move_both(world: &mut World<Mp>) -> MpStatus {
         execute(both(), grid, &timing),
         Watch::work(vec![0, 1], timing.silence_ms),
     )
+}
+
+/// Both robots in the middle of their move.
+fn both_moving() -> World<Mp> {
+    let mut world = ready();
+    let (grid, timing) = (world.driver.grid(), world.driver.config().timing);
+    let job = execute(both(), grid, &timing);
+    world
+        .driver
+        .begin(Job::new("move", job, Watch::work(vec![0, 1], 500)));
+    assert!(world.until(1000, |w| {
+        w.peers.iter().all(|p| p.state == NodeState::Moving)
+    }));
+    world
 }
 
 #[test]
@@ -131,17 +145,7 @@ fn a_refusal_of_one_keeps_the_other_from_going_on_alone() {
 
 #[test]
 fn the_operators_stop_is_on_the_wire_at_once() {
-    let mut world = ready();
-    let (grid, timing) = (world.driver.grid(), world.driver.config().timing);
-    let job = execute(both(), grid, &timing);
-    world.driver.begin(crate::mp::Job::new(
-        "move",
-        job,
-        Watch::work(vec![0, 1], 500),
-    ));
-    assert!(world.until(1000, |w| {
-        w.peers.iter().all(|p| p.state == NodeState::Moving)
-    }));
+    let mut world = both_moving();
     let mut frames = Vec::new();
     let now = world.now;
     world
@@ -167,17 +171,7 @@ fn the_operators_stop_is_on_the_wire_at_once() {
 
 #[test]
 fn a_stop_survives_the_loss_of_its_first_broadcast() {
-    let mut world = ready();
-    let (grid, timing) = (world.driver.grid(), world.driver.config().timing);
-    let job = execute(both(), grid, &timing);
-    world.driver.begin(crate::mp::Job::new(
-        "move",
-        job,
-        Watch::work(vec![0, 1], 500),
-    ));
-    assert!(world.until(1000, |w| {
-        w.peers.iter().all(|p| p.state == NodeState::Moving)
-    }));
+    let mut world = both_moving();
     let now = world.now;
     world.driver.stop(StopKind::Path, now, &mut |_| {});
     assert!(world.until(60, |w| w.peers.iter().all(|p| !p.stopped.is_empty())));
@@ -185,18 +179,8 @@ fn a_stop_survives_the_loss_of_its_first_broadcast() {
 
 #[test]
 fn a_lost_lease_is_an_error_and_nothing_goes_on() {
-    let mut world = ready();
+    let mut world = both_moving();
     // the process was halted for longer than the lease lasts
-    let (grid, timing) = (world.driver.grid(), world.driver.config().timing);
-    let job = execute(both(), grid, &timing);
-    world.driver.begin(crate::mp::Job::new(
-        "move",
-        job,
-        Watch::work(vec![0, 1], 500),
-    ));
-    assert!(world.until(1000, |w| {
-        w.peers.iter().all(|p| p.state == NodeState::Moving)
-    }));
     world.period = Micros::from_millis(250);
     world.until(600, |_| false);
     match world.driver.status() {
