@@ -5,7 +5,7 @@ use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
 use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
-use crate::scalar::{SIXTH, smaller, within};
+use crate::scalar::{SIXTH, larger, smaller, within};
 
 /// Two phases of a brake, and what the two times seven of a blend leave when merged (13).
 const CAPACITY: usize = 16;
@@ -19,25 +19,37 @@ pub(super) struct Phases {
     duration: f64,
 }
 
-/// Seven stretches of constant jerk: when each ends, and its jerk in units of the limit.
-type Shape = [(f64, f64); 7];
+/// A stretch of constant jerk: when it ends, its jerk, and the acceleration it begins with.
+#[derive(Clone, Copy)]
+struct Stretch {
+    end: f64,
+    jerk: f64,
+    a0: f64,
+}
 
+type Shape = [Stretch; 7];
+
+/// The stretches of an extremal motion, in the units of [`super::farthest`]; `sign` is -1 for the mirrored axis.
 fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
     let Farthest { peak, valley, .. } = *farthest;
-    let (to_top, from_top) = if farthest.cruise > 0.0 { (peak, -valley) } else { (peak - valley, 0.0) };
+    let (to_top, top, from_top) = if farthest.cruise > 0.0 {
+        (peak, 0.0, -valley)
+    } else {
+        (peak - valley, valley, 0.0)
+    };
     let mut end = 0.0;
     [
-        (peak - task.a0, sign),
-        (farthest.hold_peak, 0.0),
-        (to_top, -sign),
-        (farthest.cruise, 0.0),
-        (from_top, -sign),
-        (farthest.hold_valley, 0.0),
-        (task.a1 - valley, sign),
+        (peak - task.a0, sign, task.a0),
+        (farthest.hold_peak, 0.0, peak),
+        (to_top, -sign, peak),
+        (farthest.cruise, 0.0, top),
+        (from_top, -sign, top),
+        (farthest.hold_valley, 0.0, valley),
+        (task.a1 - valley, sign, valley),
     ]
-    .map(|(length, jerk)| {
+    .map(|(length, jerk, a0)| {
         end += length;
-        (end, jerk)
+        Stretch { end, jerk, a0: sign * a0 }
     })
 }
 
@@ -52,10 +64,12 @@ pub(super) struct Pen<'a> {
 }
 
 impl Pen<'_> {
-    fn draw(&mut self, t: f64, j: f64) {
+    /// A stretch of `t` with jerk `j`; the acceleration is what it is known to be, not what rounding made of it.
+    fn draw(&mut self, t: f64, j: f64, a: f64) {
         if t <= 0.0 {
             return;
         }
+        self.a = a;
         if let Some(place) = self.out.phases.get_mut(self.out.count) {
             *place = Phase {
                 t,
@@ -128,19 +142,24 @@ impl Pen<'_> {
     /// The brake, and then a motion between two extremal ones.
     pub(super) fn arrive(&mut self, brake: &Brake, arrival: &Arrival, between: &Between) {
         let [first, second] = brake.times;
-        self.draw(first, brake.jerk);
-        self.draw(second, 0.0);
+        self.draw(first, brake.jerk, self.a);
+        self.draw(second, 0.0, self.a);
         let (up, down) = (&arrival.up.task, &arrival.down.task);
         match between {
             Between::Farthest(far) => self.follow(&shape(far, up, 1.0)),
             Between::Nearest(near) => self.follow(&shape(near, down, -1.0)),
             Between::Both(far, near) => {
-                let share = (up.distance + near.distance) / (far.distance + near.distance);
-                self.mean(
-                    &shape(far, up, 1.0),
-                    &shape(near, down, -1.0),
-                    within(share, 0.0, 1.0),
-                );
+                let reach = far.distance + near.distance;
+                let share = within((up.distance + near.distance) / reach, 0.0, 1.0);
+                let (far, near) = (shape(far, up, 1.0), shape(near, down, -1.0));
+                let begin = (self.out.count, self.out.duration, self.x, self.v);
+                self.mean(&far, &near, share);
+                // Far and near can be wide apart: what rounding of them left of the distance is made good.
+                let missed = up.distance - (self.x - begin.2);
+                if libm::fabs(missed) > 1e-14 * libm::fabs(up.distance) {
+                    (self.out.count, self.out.duration, self.x, self.v) = begin;
+                    self.mean(&far, &near, within(share + missed / reach, 0.0, 1.0));
+                }
             }
         }
     }
@@ -149,45 +168,49 @@ impl Pen<'_> {
     /// since velocity, acceleration and jerk are smaller by k, k² and k³.
     pub(super) fn stretch(&mut self, way: &RestToRest, time: f64) {
         if way.time <= 0.0 {
-            self.draw(time, 0.0);
+            self.draw(time, 0.0, 0.0);
             return;
         }
         let k = time / way.time;
-        let jerk = 1.0 / (k * k * k);
+        let (acceleration, jerk) = (1.0 / (k * k), 1.0 / (k * k * k));
         let mut from = 0.0;
-        for (end, sign) in shape(&way.motion, &way.task, way.sign) {
-            self.draw(k * (end - from), jerk * sign);
+        for Stretch { end, jerk: sign, a0 } in shape(&way.motion, &way.task, way.sign) {
+            self.draw(k * (end - from), jerk * sign, acceleration * a0);
             from = end;
         }
     }
 
     fn follow(&mut self, shape: &Shape) {
-        let mut t = 0.0;
-        for (end, jerk) in shape {
-            self.draw(end - t, *jerk);
-            t = *end;
+        let mut from = 0.0;
+        for stretch in shape {
+            self.draw(stretch.end - from, stretch.jerk, stretch.a0);
+            from = stretch.end;
         }
     }
 
     /// The mean of two motions of the same length: it keeps every limit that both keep, since limits
     /// are convex, and comes where the shares put it.
     fn mean(&mut self, far: &Shape, near: &Shape, share: f64) {
-        let (mut fars, mut nears) = (far.iter().peekable(), near.iter().peekable());
-        let mut t = 0.0;
+        let (mut fars, mut nears) = (far.iter(), near.iter());
+        let (Some(mut f), Some(mut n)) = (fars.next(), nears.next()) else {
+            return;
+        };
+        let (mut t, mut f_from, mut n_from) = (0.0, 0.0, 0.0);
+        let other = 1.0 - share;
         for _ in 0..14 {
-            let (Some(&&(far_end, far_jerk)), Some(&&(near_end, near_jerk))) = (fars.peek(), nears.peek()) else {
-                return;
-            };
-            let end = smaller(far_end, near_end);
-            self.draw(end - t, share * far_jerk + (1.0 - share) * near_jerk);
-            if far_end <= end {
-                fars.next();
+            let end = smaller(f.end, n.end);
+            let (f_a, n_a) = (f.a0 + f.jerk * (t - f_from), n.a0 + n.jerk * (t - n_from));
+            self.draw(end - t, share * f.jerk + other * n.jerk, share * f_a + other * n_a);
+            t = larger(end, t);
+            if f.end <= end {
+                f_from = f.end;
+                let Some(next) = fars.next() else { return };
+                f = next;
             }
-            if near_end <= end {
-                nears.next();
-            }
-            if end > t {
-                t = end;
+            if n.end <= end {
+                n_from = n.end;
+                let Some(next) = nears.next() else { return };
+                n = next;
             }
         }
     }
