@@ -1,8 +1,9 @@
-//! Pictures of a run: joints, following errors and tool paths, as SVG and as PNG.
+//! Pictures as SVG and as PNG: of a run (joints, following errors and tool paths), of a planned motion.
 //!
-//! [`PlotData`] says what to draw and knows nothing of where it came from. It is laid out once as
-//! a list of shapes; SVG and PNG are two ways to write that list, so they show the same. The PNG
-//! is drawn with a font that is part of this program: nothing need be installed.
+//! [`PlotData`] and [`MotionPlot`] say what to draw and know nothing of where it came from. They are
+//! laid out once as a list of shapes, a [`Picture`]; SVG and PNG are two ways to write that list, so
+//! they show the same. The PNG is drawn with a font that is part of this program: nothing need be
+//! installed.
 
 use crate::error::Error;
 use std::path::Path;
@@ -11,12 +12,15 @@ mod decimate;
 mod drawing;
 mod font;
 mod layout;
+mod motion;
 mod panel;
 mod png;
 mod scale;
 mod svg;
 #[cfg(test)]
 mod test;
+
+pub use self::motion::{AxisMotion, MotionPlot};
 
 /// What to draw: one row of panels per robot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,18 +71,34 @@ pub struct AxisPlot {
     pub following_error_rad: Vec<f64>,
 }
 
+/// A picture, laid out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture(drawing::Drawing);
+
+impl From<&PlotData> for Picture {
+    fn from(data: &PlotData) -> Self {
+        Self(layout::lay_out(data))
+    }
+}
+
+impl From<&MotionPlot> for Picture {
+    fn from(data: &MotionPlot) -> Self {
+        Self(motion::lay_out(data))
+    }
+}
+
 /// The picture as SVG.
 #[must_use]
-pub fn svg(data: &PlotData) -> String {
-    svg::write(&layout::lay_out(data))
+pub fn svg(picture: &Picture) -> String {
+    svg::write(&picture.0)
 }
 
 /// The picture as PNG.
 ///
 /// # Errors
 /// Memory for the picture cannot be had, or the font that is part of this program is damaged.
-pub fn png(data: &PlotData) -> Result<Vec<u8>, Error> {
-    png::write(&layout::lay_out(data))
+pub fn png(picture: &Picture) -> Result<Vec<u8>, Error> {
+    png::write(&picture.0)
 }
 
 /// Writes the picture to a file that ends in `.svg` or `.png`; a picture that is there already is
@@ -86,11 +106,11 @@ pub fn png(data: &PlotData) -> Result<Vec<u8>, Error> {
 ///
 /// # Errors
 /// Another ending, or the file cannot be written.
-pub fn save(data: &PlotData, path: &Path) -> Result<(), Error> {
+pub fn save(picture: &Picture, path: &Path) -> Result<(), Error> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let bytes = match ending.as_deref() {
-        Some("svg") => svg(data).into_bytes(),
-        Some("png") => png(data)?,
+        Some("svg") => svg(picture).into_bytes(),
+        Some("png") => png(picture)?,
         _ => return Err(unknown_ending(path)),
     };
     let mut name = path.file_name().unwrap_or_default().to_os_string();

@@ -6,7 +6,7 @@ use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
 use host::error::{Error, exit};
 use host::mp::config::Config;
-use host::plot::{self, StepMark};
+use host::plot::{self, Picture, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
 use host::summary::{BusSummary, MachinePart, RobotSummary, StepSummary, Summary};
 use host::task::{Cell, Task};
@@ -109,9 +109,9 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let failure = outcome?;
     let duration_s = world.now().since(begun).as_secs_f64();
     if !options.plots.is_empty() {
-        let drawing = observers.plot(title.clone(), log.marks());
+        let picture = Picture::from(&observers.plot(title.clone(), log.marks()));
         for plot in &options.plots {
-            plot::save(&drawing, plot)?;
+            plot::save(&picture, plot)?;
         }
     }
     let summary = Summary {

@@ -122,13 +122,17 @@ impl Drawing {
         colour: Colour,
         words: impl Into<String>,
     ) {
+        let words = words.into();
+        if words.is_empty() {
+            return;
+        }
         self.shapes.push(Shape::Text(Text {
             at,
             size,
             anchor,
             colour,
             upwards: false,
-            words: words.into(),
+            words,
         }));
     }
 }

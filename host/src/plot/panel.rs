@@ -39,13 +39,16 @@ impl Panel {
         ]
     }
 
-    /// Grid, frame, numbers and names of the axes.
+    /// Grid, frame, numbers and names of the axes; where x has no name it has no numbers either,
+    /// because the diagram below has them.
     pub(super) fn axes(&self, drawing: &mut Drawing, title: &str, x_name: &str, y_name: &str) {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
         for (value, label) in self.x.ticks(count(self.width / ROOM_X)) {
             let [x, _] = self.place([value, self.y.lower]);
             drawing.line(vec![[x, self.top], [x, bottom]], Stroke::solid(GRID, 1.0));
-            drawing.text([x, bottom + 15.0], SMALL, Anchor::Middle, SOFT_INK, label);
+            if !x_name.is_empty() {
+                drawing.text([x, bottom + 15.0], SMALL, Anchor::Middle, SOFT_INK, label);
+            }
         }
         for (value, label) in self.y.ticks(count(self.height / ROOM_Y)) {
             let [_, y] = self.place([self.x.lower, value]);

@@ -80,8 +80,8 @@ fn synthetic() -> PlotData {
 #[test]
 fn the_picture_is_well_formed_and_the_same_every_time() {
     let data = synthetic();
-    let picture = svg(&data);
-    assert_eq!(picture, svg(&data));
+    let picture = svg(&Picture::from(&data));
+    assert_eq!(picture, svg(&Picture::from(&data)));
     assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
     assert!(picture.contains("carry &lt;object&gt; &amp; turn"));
     assert!(picture.contains(">irp6-postument</text>"));
@@ -100,7 +100,7 @@ fn the_picture_is_well_formed_and_the_same_every_time() {
 
 #[test]
 fn both_kinds_of_file_are_written() {
-    let data = synthetic();
+    let data = Picture::from(&synthetic());
     let folder = std::env::temp_dir().join(format!("mrroc-plot-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     save(&data, &folder.join("run.svg")).unwrap();
@@ -133,8 +133,8 @@ fn both_kinds_of_file_are_written() {
 #[test]
 fn an_empty_run_and_wrong_numbers_make_a_picture_too() {
     let mut data = PlotData::default();
-    assert!(svg(&data).contains("<svg"));
-    assert!(png(&data).is_ok());
+    assert!(svg(&Picture::from(&data)).contains("<svg"));
+    assert!(png(&Picture::from(&data)).is_ok());
     data.robots.push(RobotPlot {
         name: "a\u{0}b".into(),
         time_s: vec![0.0, f64::NAN, 1.0],
@@ -151,14 +151,14 @@ fn an_empty_run_and_wrong_numbers_make_a_picture_too() {
         time_s: f64::NAN,
         name: String::new(),
     });
-    let picture = svg(&data);
+    let picture = svg(&Picture::from(&data));
     assert!(!picture.contains("NaN,") && !picture.contains("inf") && !picture.contains('\u{0}'));
-    assert!(png(&data).is_ok());
+    assert!(png(&Picture::from(&data)).is_ok());
 }
 
 #[test]
 fn other_endings_and_places_are_refused() {
-    let data = PlotData::default();
+    let data = Picture::from(&PlotData::default());
     let error = save(&data, Path::new("run.jpg")).unwrap_err();
     assert_eq!(error.exit_code(), exit::USAGE);
     assert_eq!(
