@@ -17,11 +17,19 @@ pub(super) struct RestToRest {
 impl RestToRest {
     /// Nothing if the axis moves at either end, or the time cannot be represented.
     pub(super) fn of(task: &Task) -> Option<Self> {
-        if [task.v0, task.a0, task.v1, task.a1].iter().any(|x| *x != 0.0) {
+        if [task.v0, task.a0, task.v1, task.a1]
+            .iter()
+            .any(|x| *x != 0.0)
+        {
             return None;
         }
-        let (task, sign) = if task.distance < 0.0 { (task.mirrored(), -1.0) } else { (*task, 1.0) };
-        let (motion, time) = if task.a_up == task.a_down {
+        let (task, sign) = if task.distance < 0.0 {
+            (task.mirrored(), -1.0)
+        } else {
+            (*task, 1.0)
+        };
+        let alike = task.a_up <= task.a_down && task.a_down <= task.a_up;
+        let (motion, time) = if alike {
             symmetric(task.distance, task.v_up, task.a_up)
         } else {
             let arrival = Arrival::new(task);
@@ -31,7 +39,12 @@ impl RestToRest {
                 _ => return None,
             }
         };
-        Some(Self { task, motion, sign, time })
+        Some(Self {
+            task,
+            motion,
+            sign,
+            time,
+        })
     }
 }
 
@@ -39,7 +52,11 @@ impl RestToRest {
 fn symmetric(distance: f64, v: f64, a: f64) -> (Farthest, f64) {
     let full = a * a;
     // jerk and hold when the velocity limit is reached
-    let (mut jerk, mut hold) = if full <= v { (a, v / a - a) } else { (libm::sqrt(v), 0.0) };
+    let (mut jerk, mut hold) = if full <= v {
+        (a, v / a - a)
+    } else {
+        (libm::sqrt(v), 0.0)
+    };
     let mut cruise = 0.0;
     let ramp = v * (2.0 * jerk + hold);
     if distance >= ramp {
