@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`pose`] | the pose of one frame in another, rotation vectors |
 //! | [`mod@line`] | the straight line between two poses, turning about one axis |
-//! | [`profile`] | jerk-limited motion from rest to rest, alone or synchronised, and its checker |
+//! | [`profile`] | time-optimal jerk-limited motion between any states, and its checker |
 //! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
 //! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |

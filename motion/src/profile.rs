@@ -1,25 +1,37 @@
-//! Jerk-limited motion from rest to rest: one axis, and several axes together.
+//! Jerk-limited motion of one axis, and of several together.
 //!
-//! [`Profile`] is the time-optimal motion of one axis over a distance; [`PhaseSynchronised`] keeps
-//! several axes on a straight line; [`TimeSynchronised`] lets them end together, each with its own
-//! shape. [`check()`] proves a finished plan from its phases alone, independent of how it was made.
+//! | | |
+//! |---|---|
+//! | [`Trajectory`] | several axes from any state to any state in the shortest time; stops; ranges kept |
+//! | [`Profile`] | one axis over a distance from rest to rest: small, for a node |
+//! | [`PhaseSynchronised`] | several axes from rest to rest on the straight line: small, for a node |
+//! | [`check()`] | proves a finished motion from its phases alone, whoever made it |
+//!
+//! How [`Trajectory`] works: for a given time the reachable distances of an axis form an interval, since
+//! motions within limits form a convex set. Both its ends are known in closed form (`farthest`). The
+//! earliest arrival is where one of them passes the distance (`earliest`, `search`); an arrival at any other
+//! possible time is a mean of the two extremal motions (`blend`), which keeps every limit that both
+//! keep. So synchronising axes needs no search, and times that are impossible for an axis show by
+//! themselves.
 
 mod blend;
 mod brake;
 mod check;
 mod earliest;
 mod farthest;
+mod gain;
 mod limits;
+mod line;
 mod rest;
 mod search;
 mod synchronised;
 mod trajectory;
+mod turn;
 
 pub use check::{Violation, check};
 pub use limits::{AxisBounds, AxisLimits, ProfileError, rest_time};
-pub use synchronised::{PhaseSynchronised, TimeSynchronised};
-pub use trajectory::{Request, Synchronisation, Trajectory, TrajectoryError};
-
+pub use synchronised::PhaseSynchronised;
+pub use trajectory::{Request, Sampler, Synchronisation, Trajectory, TrajectoryError};
 
 use crate::scalar::{SIXTH, smaller};
 

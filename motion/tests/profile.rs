@@ -1,6 +1,6 @@
 //! Profiles from rest to rest: optimal, within limits, exact at the end, and typed when refused.
 use motion::profile::{
-    AxisLimits, Phase, PhaseSynchronised, Profile, ProfileError, TimeSynchronised, Violation, check,
+    AxisLimits, Boundary, Phase, PhaseSynchronised, Profile, ProfileError, Violation,
 };
 use proptest::prelude::*;
 
@@ -38,6 +38,15 @@ fn limits(lo: f64, hi: f64) -> impl Strategy<Value = AxisLimits> {
 
 fn close(x: f64, y: f64, relative: f64) -> bool {
     (x - y).abs() <= relative * x.abs().max_of(y.abs())
+}
+
+/// From rest at 0 to rest at d.
+fn check(phases: &[Phase], d: f64, limits: &AxisLimits) -> Result<(), Violation> {
+    let end = Boundary {
+        p: d,
+        ..Boundary::default()
+    };
+    motion::profile::check(phases, &Boundary::default(), &end, &(*limits).into())
 }
 
 trait MaxOf {
@@ -118,18 +127,6 @@ proptest! {
     }
 
     #[test]
-    fn time_synchronised_axes_end_together_with_the_slowest(
-        start in prop::array::uniform7(-4.0..4.0f64), end in prop::array::uniform7(-4.0..4.0f64),
-        l in prop::array::uniform7(limits(-2.0, 3.0)),
-    ) {
-        let plan = TimeSynchronised::new(start, end, &l).unwrap();
-        let alone = (0..7).fold(0.0, |m: f64, i| m.max_of(shortest((end[i] - start[i]).abs(), &l[i])));
-        prop_assert!(close(plan.duration(), alone, 1e-12));
-        prop_assert_eq!(plan.check(&l), Ok(()));
-        prop_assert!(plan.at(plan.duration()).iter().zip(&end).all(|(s, e)| s.p.to_bits() == e.to_bits()));
-    }
-
-    #[test]
     fn whatever_is_asked_the_answer_is_a_number_or_an_error(
         d in any::<f64>(), v in any::<f64>(), a in any::<f64>(), j in any::<f64>(), u in -0.5..1.5f64,
     ) {
@@ -171,10 +168,6 @@ fn refusals_are_typed() {
     assert_eq!(
         PhaseSynchronised::new([0.0, f64::MAX], [1.0, f64::MIN], &[UNIT; 2]),
         Err(ProfileError::NotFinite)
-    );
-    assert_eq!(
-        TimeSynchronised::new([0.0], [1.0], &[still]),
-        Err(ProfileError::NonPositiveLimit)
     );
 }
 

@@ -1,19 +1,22 @@
 //! The motion of one axis as phases: an extremal motion, or a mean of two.
 
 use super::brake::Brake;
+use super::check::turning_points;
 use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
+use super::gain::Pulse;
 use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
 use crate::scalar::{SIXTH, larger, smaller, within};
 
-/// Two phases of a brake, and what the two times seven of a blend leave when merged (13).
-const CAPACITY: usize = 16;
+/// Two phases of a brake, and the two times seven of a mean merged (13), or seven each before and after
+/// a wait at an end of the range.
+const CAPACITY: usize = 17;
 
 /// The phases of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Phases {
-    phases: [Phase; CAPACITY],
+    list: [Phase; CAPACITY],
     count: usize,
     end: Boundary,
     duration: f64,
@@ -49,8 +52,45 @@ fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
     ]
     .map(|(length, jerk, a0)| {
         end += length;
-        Stretch { end, jerk, a0: sign * a0 }
+        Stretch {
+            end,
+            jerk,
+            a0: sign * a0,
+        }
     })
+}
+
+/// The stretches of a pulse of acceleration; `sign` is -1 for the mirrored axis.
+fn pulse(pulse: &Pulse, sign: f64) -> Shape {
+    let Pulse { a0, peak, hold, a1 } = *pulse;
+    let ends = [peak - a0, peak - a0 + hold, peak - a0 + hold + (peak - a1)];
+    let [first, second, last] = ends;
+    let done = Stretch {
+        end: last,
+        jerk: 0.0,
+        a0: sign * a1,
+    };
+    [
+        Stretch {
+            end: first,
+            jerk: sign,
+            a0: sign * a0,
+        },
+        Stretch {
+            end: second,
+            jerk: 0.0,
+            a0: sign * peak,
+        },
+        Stretch {
+            end: last,
+            jerk: -sign,
+            a0: sign * peak,
+        },
+        done,
+        done,
+        done,
+        done,
+    ]
 }
 
 /// Where the integration of the jerk stands, in units of the jerk limit.
@@ -70,7 +110,7 @@ impl Pen<'_> {
             return;
         }
         self.a = a;
-        if let Some(place) = self.out.phases.get_mut(self.out.count) {
+        if let Some(place) = self.out.list.get_mut(self.out.count) {
             *place = Phase {
                 t,
                 j: j * self.scale,
@@ -89,17 +129,64 @@ impl Pen<'_> {
 
 impl Phases {
     pub(super) const fn new() -> Self {
-        const NONE: Phase = Phase { t: 0.0, j: 0.0, a0: 0.0, v0: 0.0, p0: 0.0 };
+        const NONE: Phase = Phase {
+            t: 0.0,
+            j: 0.0,
+            a0: 0.0,
+            v0: 0.0,
+            p0: 0.0,
+        };
         Self {
-            phases: [NONE; CAPACITY],
+            list: [NONE; CAPACITY],
             count: 0,
-            end: Boundary { p: 0.0, v: 0.0, a: 0.0 },
+            end: Boundary {
+                p: 0.0,
+                v: 0.0,
+                a: 0.0,
+            },
             duration: 0.0,
         }
     }
 
     pub(super) fn as_slice(&self) -> &[Phase] {
-        self.phases.get(..self.count).unwrap_or(&[])
+        self.list.get(..self.count).unwrap_or(&[])
+    }
+
+    /// The same motion k times as far, from `start` to `end`.
+    pub(super) fn times(&self, k: f64, start: f64, end: Boundary) -> Self {
+        let mut scaled = Self {
+            end,
+            ..self.clone()
+        };
+        for phase in &mut scaled.list {
+            *phase = phase.times(k);
+            phase.p0 += start;
+        }
+        scaled
+    }
+
+    /// The state at its end.
+    pub(super) fn end(&self) -> Boundary {
+        self.end
+    }
+
+    /// Length in time, s.
+    pub(super) fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// The lowest and the highest position, from the start on.
+    pub(super) fn reach(&self) -> (f64, f64) {
+        let (mut low, mut high) = (self.end.p, self.end.p);
+        for phase in self.as_slice() {
+            let turns =
+                turning_points(phase).map(|tau| tau.filter(|tau| *tau > 0.0 && *tau < phase.t));
+            for tau in turns.into_iter().flatten().chain([0.0]) {
+                let p = phase.at(tau).p;
+                (low, high) = (smaller(low, p), larger(high, p));
+            }
+        }
+        (low, high)
     }
 
     /// No motion.
@@ -134,7 +221,12 @@ impl Phases {
         let Boundary { p, v, a } = self.end;
         let t = t - self.duration;
         let t = if t > 0.0 { t } else { 0.0 };
-        State { p: p + t * (v + 0.5 * a * t), v: v + a * t, a, j: 0.0 }
+        State {
+            p: p + t * (v + 0.5 * a * t),
+            v: v + a * t,
+            a,
+            j: 0.0,
+        }
     }
 }
 
@@ -164,6 +256,27 @@ impl Pen<'_> {
         }
     }
 
+    /// Nothing moves for `time`.
+    pub(super) fn wait(&mut self, time: f64) {
+        self.draw(time, 0.0, 0.0);
+    }
+
+    /// A change of velocity; the motion ends wherever that leads.
+    pub(super) fn gain(&mut self, brake: &Brake, rising: &Pulse, falling: &Pulse, share: f64) {
+        let [first, second] = brake.times;
+        self.draw(first, brake.jerk, self.a);
+        self.draw(second, 0.0, self.a);
+        let (rising, falling) = (pulse(rising, 1.0), pulse(falling, -1.0));
+        if share >= 1.0 {
+            self.follow(&rising);
+        } else if share <= 0.0 {
+            self.follow(&falling);
+        } else {
+            self.mean(&rising, &falling, share);
+        }
+        self.out.end.p = self.from + self.x * self.scale;
+    }
+
     /// A motion from rest to rest in a time not below its own: slower by k in time, all limits hold,
     /// since velocity, acceleration and jerk are smaller by k, k² and k³.
     pub(super) fn stretch(&mut self, way: &RestToRest, time: f64) {
@@ -174,7 +287,12 @@ impl Pen<'_> {
         let k = time / way.time;
         let (acceleration, jerk) = (1.0 / (k * k), 1.0 / (k * k * k));
         let mut from = 0.0;
-        for Stretch { end, jerk: sign, a0 } in shape(&way.motion, &way.task, way.sign) {
+        for Stretch {
+            end,
+            jerk: sign,
+            a0,
+        } in shape(&way.motion, &way.task, way.sign)
+        {
             self.draw(k * (end - from), jerk * sign, acceleration * a0);
             from = end;
         }
@@ -200,7 +318,11 @@ impl Pen<'_> {
         for _ in 0..14 {
             let end = smaller(f.end, n.end);
             let (f_a, n_a) = (f.a0 + f.jerk * (t - f_from), n.a0 + n.jerk * (t - n_from));
-            self.draw(end - t, share * f.jerk + other * n.jerk, share * f_a + other * n_a);
+            self.draw(
+                end - t,
+                share * f.jerk + other * n.jerk,
+                share * f_a + other * n_a,
+            );
             t = larger(end, t);
             if f.end <= end {
                 f_from = f.end;

@@ -39,7 +39,8 @@ impl Brake {
         let j = self.jerk;
         let a = task.a0 + j * t0;
         let v = task.v0 + t0 * (task.a0 + 0.5 * j * t0);
-        let covered = t0 * (task.v0 + t0 * (0.5 * task.a0 + j * t0 / 6.0)) + t1 * (v + 0.5 * a * t1);
+        let covered =
+            t0 * (task.v0 + t0 * (0.5 * task.a0 + j * t0 / 6.0)) + t1 * (v + 0.5 * a * t1);
         Task {
             v0: v + a * t1,
             a0: a,
@@ -50,7 +51,15 @@ impl Brake {
 }
 
 fn is_inside(task: &Task) -> bool {
-    let Task { v0, a0, v_up, v_down, a_up, a_down, .. } = *task;
+    let Task {
+        v0,
+        a0,
+        v_up,
+        v_down,
+        a_up,
+        a_down,
+        ..
+    } = *task;
     let spare = |limit: f64| limit + INSIDE * limit;
     let top = v0 + 0.5 * larger(a0, 0.0) * a0;
     let bottom = v0 - 0.5 * smaller(a0, 0.0) * a0;
@@ -59,7 +68,15 @@ fn is_inside(task: &Task) -> bool {
 
 /// How long to lower the acceleration, and how long to hold it then; `None` if this is not the way.
 fn downwards(task: &Task) -> Option<[f64; 2]> {
-    let Task { v0, a0, v_up, v_down, a_up, a_down, .. } = *task;
+    let Task {
+        v0,
+        a0,
+        v_up,
+        v_down,
+        a_up,
+        a_down,
+        ..
+    } = *task;
     if -a0 > a_down {
         return None;
     }
@@ -84,7 +101,14 @@ fn downwards(task: &Task) -> Option<[f64; 2]> {
 
 /// Lower the acceleration until the velocity is inside, or would leave the limits on the other side.
 fn slow_down(task: &Task) -> [f64; 2] {
-    let Task { v0, a0, v_up, v_down, a_down, .. } = *task;
+    let Task {
+        v0,
+        a0,
+        v_up,
+        v_down,
+        a_down,
+        ..
+    } = *task;
     let to_upper = a0 + libm::sqrt(larger(a0 * a0 + 2.0 * (v0 - v_up), 0.0));
     let to_lower = a0 + libm::sqrt(larger(0.5 * a0 * a0 + (v0 + v_down), 0.0));
     let to_limit = a0 + a_down;

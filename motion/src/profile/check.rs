@@ -1,11 +1,14 @@
-//! An exact judge of finished profiles: reads phases and limits, nothing else.
+//! An exact judge of finished profiles: reads phases and bounds, nothing else.
 
-use super::{AxisLimits, Phase};
-use crate::scalar::larger;
+use super::{AxisBounds, Boundary, Phase};
+use crate::scalar::{larger, smaller};
 use core::fmt;
 
 /// Relative rounding allowed; what a planner gains by cheating below it is not measurable.
 const TOLERANCE: f64 = 1e-12;
+/// Some units in the last place, of what the limits would allow in the time of the motion: an instant is
+/// known to a unit in the last place of that time.
+const UNIT: f64 = 2e-15;
 
 /// How a profile breaks its promise; phases are numbered from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +27,7 @@ pub enum Violation {
         /// The value allowed.
         limit: f64,
     },
-    /// |acceleration| above the limit.
+    /// Acceleration outside the limits.
     Acceleration {
         /// Which phase.
         phase: usize,
@@ -33,7 +36,7 @@ pub enum Violation {
         /// The value allowed.
         limit: f64,
     },
-    /// |velocity| above the limit, at an end of the phase or where its acceleration is zero.
+    /// Velocity outside the limits, at an end of the phase or where its acceleration is zero.
     Velocity {
         /// Which phase.
         phase: usize,
@@ -42,73 +45,177 @@ pub enum Violation {
         /// The value allowed.
         limit: f64,
     },
-    /// Position, velocity or acceleration jumps where the phase begins.
+    /// Position outside the range, at an end of the phase or where its velocity is zero.
+    Position {
+        /// Which phase.
+        phase: usize,
+        /// The value reached.
+        value: f64,
+        /// The value allowed.
+        limit: f64,
+    },
+    /// Position, velocity or acceleration jumps where the phase begins, or is not that of the start.
     Jump {
         /// Which phase.
         phase: usize,
     },
-    /// The motion does not end at rest at the asked distance.
+    /// The motion does not end in the asked state.
     End,
 }
 
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Malformed { phase } => write!(f, "phase {phase} is not a motion"),
+        let (phase, what, value, limit) = match *self {
+            Self::Malformed { phase } => return write!(f, "phase {phase} is not a motion"),
+            Self::Jump { phase } => return write!(f, "a jump where phase {phase} begins"),
+            Self::End => return f.write_str("does not end in the asked state"),
             Self::Jerk {
                 phase,
                 value,
                 limit,
-            } => write!(f, "phase {phase}: jerk {value} above {limit}"),
+            } => (phase, "jerk", value, limit),
             Self::Acceleration {
                 phase,
                 value,
                 limit,
-            } => write!(f, "phase {phase}: acceleration {value} above {limit}"),
+            } => (phase, "acceleration", value, limit),
             Self::Velocity {
                 phase,
                 value,
                 limit,
-            } => write!(f, "phase {phase}: velocity {value} above {limit}"),
-            Self::Jump { phase } => write!(f, "a jump where phase {phase} begins"),
-            Self::End => f.write_str("does not end at rest at the asked distance"),
-        }
+            } => (phase, "velocity", value, limit),
+            Self::Position {
+                phase,
+                value,
+                limit,
+            } => (phase, "position", value, limit),
+        };
+        write!(f, "phase {phase}: {what} {value} beyond {limit}")
     }
 }
 
 impl core::error::Error for Violation {}
 
-/// Proves that a chain of phases goes from rest at 0 to rest at `distance` within the limits.
+/// Proves that a chain of phases leads from one state to another within the bounds.
 ///
-/// In closed form, without sampling: |j| in every phase, |a| at its ends (it is linear between), |v|
-/// at its ends and where a crosses zero; continuity of p, v, a and the end state to 1e-12 of the largest
-/// value each reaches. `distance` may be negative.
+/// In closed form, without sampling: |j| in every phase; a at its ends (it is linear between); v at its
+/// ends and where a is zero; p at its ends and where v is zero; continuity and the end state. Equality
+/// is up to 1e-12 of the largest value reached, and to some units in the last place of what the bounds
+/// allow in the time.
+///
+/// A start outside the bounds of acceleration or velocity is followed by phases that bring it back: in
+/// them, acceleration and velocity may reach what cannot be avoided from that start, and no more.
 ///
 /// # Errors
 /// The first [`Violation`] in the order of the phases.
-pub fn check(phases: &[Phase], distance: f64, limits: &AxisLimits) -> Result<(), Violation> {
-    let (mut scale_v, mut scale_a) = (0.0, 0.0);
-    for phase in phases {
-        let end = phase.at(phase.t);
-        scale_v = larger(scale_v, larger(phase.v0.abs(), end.v.abs()));
-        scale_a = larger(scale_a, larger(phase.a0.abs(), end.a.abs()));
-    }
-    let scale_p = distance.abs();
-    let apart = |x: f64, y: f64, scale: f64| exceeds((x - y).abs(), TOLERANCE * scale);
-    let (mut p, mut v, mut a) = (0.0, 0.0, 0.0);
+pub fn check(
+    phases: &[Phase],
+    start: &Boundary,
+    end: &Boundary,
+    bounds: &AxisBounds,
+) -> Result<(), Violation> {
+    let scale = Scale::of(phases, start, end, bounds);
+    let mut outside = !admits(bounds, start);
+    let widened = widened(bounds, start);
+    let mut at = *start;
     for (number, phase) in phases.iter().enumerate() {
-        within_limits(number, phase, limits)?;
-        if apart(p, phase.p0, scale_p) || apart(v, phase.v0, scale_v) || apart(a, phase.a0, scale_a)
-        {
+        outside &= !admits(bounds, &at);
+        within_bounds(
+            number,
+            phase,
+            if outside { &widened } else { bounds },
+            &scale,
+        )?;
+        if scale.differ(
+            &at,
+            &Boundary {
+                p: phase.p0,
+                v: phase.v0,
+                a: phase.a0,
+            },
+        ) {
             return Err(Violation::Jump { phase: number });
         }
-        let end = phase.at(phase.t);
-        (p, v, a) = (end.p, end.v, end.a);
+        let state = phase.at(phase.t);
+        at = Boundary {
+            p: state.p,
+            v: state.v,
+            a: state.a,
+        };
     }
-    if apart(p, distance, scale_p) || apart(v, 0.0, scale_v) || apart(a, 0.0, scale_a) {
+    if scale.differ(&at, end) {
         return Err(Violation::End);
     }
     Ok(())
+}
+
+/// What counts as equal, for position, velocity and acceleration.
+struct Scale {
+    p: f64,
+    v: f64,
+    a: f64,
+}
+
+impl Scale {
+    fn of(phases: &[Phase], start: &Boundary, end: &Boundary, bounds: &AxisBounds) -> Self {
+        let mut reached = Boundary {
+            p: 0.0,
+            v: 0.0,
+            a: 0.0,
+        };
+        let mut raise = |p: f64, v: f64, a: f64| {
+            reached.p = larger(reached.p, p.abs());
+            reached.v = larger(reached.v, v.abs());
+            reached.a = larger(reached.a, a.abs());
+        };
+        raise(start.p, start.v, start.a);
+        raise(end.p, end.v, end.a);
+        let mut time = 0.0;
+        for phase in phases {
+            raise(phase.p0, phase.v0, phase.a0);
+            time += phase.t;
+        }
+        let a = smaller(larger(bounds.a_max, -bounds.a_min), bounds.j_max * time);
+        let v = smaller(larger(bounds.v_max, -bounds.v_min), a * time);
+        Self {
+            p: TOLERANCE * reached.p + UNIT * v * time,
+            v: TOLERANCE * reached.v + UNIT * v,
+            a: TOLERANCE * reached.a + UNIT * bounds.j_max * time,
+        }
+    }
+
+    fn differ(&self, one: &Boundary, other: &Boundary) -> bool {
+        exceeds((one.p - other.p).abs(), self.p)
+            || exceeds((one.v - other.v).abs(), self.v)
+            || exceeds((one.a - other.a).abs(), self.a)
+    }
+}
+
+/// The velocity that a state comes to when its acceleration is brought to zero.
+fn unavoidable(state: &Boundary, bounds: &AxisBounds) -> f64 {
+    state.v + 0.5 * state.a * state.a.abs() / bounds.j_max
+}
+
+/// Whether a state is within bounds of acceleration and velocity and can stay there.
+fn admits(bounds: &AxisBounds, state: &Boundary) -> bool {
+    let (a, v, next) = (state.a, state.v, unavoidable(state, bounds));
+    let below = |value: f64, limit: f64| value <= limit + TOLERANCE * limit.abs();
+    let above = |value: f64, limit: f64| value >= limit - TOLERANCE * limit.abs();
+    below(a, bounds.a_max)
+        && above(a, bounds.a_min)
+        && below(larger(v, next), bounds.v_max)
+        && above(smaller(v, next), bounds.v_min)
+}
+
+fn widened(bounds: &AxisBounds, start: &Boundary) -> AxisBounds {
+    let next = unavoidable(start, bounds);
+    AxisBounds {
+        v_min: smaller(bounds.v_min, smaller(start.v, next)),
+        v_max: larger(bounds.v_max, larger(start.v, next)),
+        a_min: smaller(bounds.a_min, start.a),
+        a_max: larger(bounds.a_max, start.a),
+        ..*bounds
+    }
 }
 
 /// Whether a value is above a bound, or one of them is not a number.
@@ -116,42 +223,83 @@ fn exceeds(value: f64, bound: f64) -> bool {
     value > bound || value.is_nan() || bound.is_nan()
 }
 
-fn within_limits(number: usize, phase: &Phase, limits: &AxisLimits) -> Result<(), Violation> {
+fn within_bounds(
+    number: usize,
+    phase: &Phase,
+    bounds: &AxisBounds,
+    scale: &Scale,
+) -> Result<(), Violation> {
     let finite = [phase.t, phase.j, phase.a0, phase.v0, phase.p0]
         .iter()
         .all(|x| x.is_finite());
     if !finite || phase.t < 0.0 {
         return Err(Violation::Malformed { phase: number });
     }
-    let above = |value: f64, limit: f64| exceeds(value.abs(), limit * (1.0 + TOLERANCE));
-    let end = phase.at(phase.t);
-    if above(phase.j, limits.j) {
+    let beyond = |value: f64, low: f64, high: f64, spare: f64| {
+        if exceeds(value, high + TOLERANCE * high.abs() + spare) {
+            Some(high)
+        } else if exceeds(-value, TOLERANCE * low.abs() + spare - low) {
+            Some(low)
+        } else {
+            None
+        }
+    };
+    if let Some(limit) = beyond(phase.j, -bounds.j_max, bounds.j_max, 0.0) {
         return Err(Violation::Jerk {
             phase: number,
             value: phase.j,
-            limit: limits.j,
+            limit,
         });
     }
+    let end = phase.at(phase.t);
     for value in [phase.a0, end.a] {
-        if above(value, limits.a) {
+        if let Some(limit) = beyond(value, bounds.a_min, bounds.a_max, scale.a) {
             return Err(Violation::Acceleration {
                 phase: number,
                 value,
-                limit: limits.a,
+                limit,
             });
         }
     }
-    let turning = -phase.a0 / phase.j;
-    let inside = turning > 0.0 && turning < phase.t;
-    let extreme = if inside { phase.at(turning).v } else { end.v };
+    let inside = |tau: &f64| *tau > 0.0 && *tau < phase.t;
+    let still = Some(-phase.a0 / phase.j).filter(inside);
+    let extreme = still.map_or(end.v, |tau| phase.at(tau).v);
     for value in [phase.v0, extreme, end.v] {
-        if above(value, limits.v) {
+        if let Some(limit) = beyond(value, bounds.v_min, bounds.v_max, scale.v) {
             return Err(Violation::Velocity {
                 phase: number,
                 value,
-                limit: limits.v,
+                limit,
+            });
+        }
+    }
+    let turns =
+        turning_points(phase).map(|tau| tau.filter(inside).map_or(end.p, |tau| phase.at(tau).p));
+    let [first, second] = turns;
+    for value in [phase.p0, first, second, end.p] {
+        if let Some(limit) = beyond(value, bounds.p_min, bounds.p_max, scale.p) {
+            return Err(Violation::Position {
+                phase: number,
+                value,
+                limit,
             });
         }
     }
     Ok(())
+}
+
+/// Where the velocity of a phase is zero: v0 + a0·τ + j·τ²/2 = 0.
+pub(super) fn turning_points(phase: &Phase) -> [Option<f64>; 2] {
+    let square = phase.a0 * phase.a0 - 2.0 * phase.j * phase.v0;
+    if square < 0.0 {
+        return [None, None];
+    }
+    let root = libm::sqrt(square);
+    // the sum without cancellation; one root from it, the other from the product of both
+    let sum = if phase.a0 < 0.0 {
+        root - phase.a0
+    } else {
+        -root - phase.a0
+    };
+    [Some(sum / phase.j), Some(2.0 * phase.v0 / sum)].map(|tau| tau.filter(|tau| tau.is_finite()))
 }

@@ -15,14 +15,14 @@ const ROUNDING: f64 = 4e-16;
 
 /// The times in which velocities and accelerations of both ends can be joined, whatever the distance.
 #[derive(Clone, Copy, Debug)]
-struct Joinable {
-    from: f64,
+pub(super) struct Joinable {
+    pub(super) from: f64,
     /// No motion is possible in a time strictly between these.
-    gap: Option<(f64, f64)>,
+    pub(super) gap: Option<(f64, f64)>,
 }
 
 impl Joinable {
-    fn of(task: &Task) -> Self {
+    pub(super) fn of(task: &Task) -> Self {
         let Task {
             v0,
             a0,
@@ -105,6 +105,16 @@ pub(super) enum Verdict {
     Never,
 }
 
+impl Verdict {
+    /// The same about a motion that begins with `seconds` of something else.
+    pub(super) fn after(self, seconds: f64) -> Self {
+        match self {
+            Self::NotBefore(time) => Self::NotBefore(time + seconds),
+            other => other,
+        }
+    }
+}
+
 impl Arrival {
     pub(super) fn new(task: Task) -> Self {
         Self {
@@ -126,9 +136,17 @@ impl Arrival {
             }
             let end = self.joinable.end_of_branch(time);
             let found = if missing > 0.0 {
-                Search { side: &self.up, end }.beyond(time, &only)
+                Search {
+                    side: &self.up,
+                    end,
+                }
+                .beyond(time, &only)
             } else {
-                Search { side: &self.down, end }.beyond(time, &self.down.in_time(time))
+                Search {
+                    side: &self.down,
+                    end,
+                }
+                .beyond(time, &self.down.in_time(time))
             };
             if found.is_some() {
                 return found;
@@ -170,7 +188,10 @@ impl Arrival {
 
     fn later(&self, side: &Upward, time: f64, farthest: &Farthest) -> Verdict {
         let end = self.joinable.end_of_branch(time);
-        match (Search { side, end }.beyond(time, farthest), self.joinable.gap) {
+        match (
+            Search { side, end }.beyond(time, farthest),
+            self.joinable.gap,
+        ) {
             (Some(later), _) => Verdict::NotBefore(later),
             (None, Some((_, to))) if time < to => Verdict::NotBefore(to),
             _ => Verdict::Never,

@@ -131,10 +131,7 @@ impl Upward {
             a_down,
             ..
         } = self.task;
-        let (rise, fall) = (
-            (v_up - v0) + 0.5 * a0 * a0,
-            (v_up - v1) + 0.5 * a1 * a1,
-        );
+        let (rise, fall) = ((v_up - v0) + 0.5 * a0 * a0, (v_up - v1) + 0.5 * a1 * a1);
         let (peak, hold_peak) = pulse(rise, larger(a0, 0.0), a_up);
         let (valley, hold_valley) = pulse(fall, larger(-a1, 0.0), a_down);
         let time = (2.0 * peak - a0 + hold_peak) + (2.0 * valley + a1 + hold_valley);

@@ -77,6 +77,11 @@ impl From<AxisLimits> for AxisBounds {
 }
 
 impl AxisBounds {
+    /// Whether positions are limited at all.
+    pub(super) fn has_range(&self) -> bool {
+        self.p_min > f64::NEG_INFINITY || self.p_max < f64::INFINITY
+    }
+
     /// # Errors
     /// [`ProfileError::NotFinite`] or [`ProfileError::NonPositiveLimit`].
     pub(crate) fn validate(&self) -> Result<(), ProfileError> {
@@ -104,6 +109,10 @@ pub enum ProfileError {
     TooShort,
     /// The end state is outside the limits, or can only be reached from outside them.
     EndOutsideLimits,
+    /// Start or end is outside the range of positions.
+    OutsideRange,
+    /// The axis cannot stop, or cannot come to its end state, without leaving the range of positions.
+    LeavesRange,
     /// Some quantity of the motion is too large or too small for a floating-point number.
     NotRepresentable,
 }
@@ -116,6 +125,8 @@ impl fmt::Display for ProfileError {
             Self::NonPositiveLimit => "a limit is not positive",
             Self::TooShort => "the duration is shorter than the limits allow",
             Self::EndOutsideLimits => "the end state cannot be reached within the limits",
+            Self::OutsideRange => "start or end is outside the range of positions",
+            Self::LeavesRange => "the motion cannot keep to the range of positions",
             Self::NotRepresentable => "the motion is outside the range of floating point",
         })
     }

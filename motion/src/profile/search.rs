@@ -82,10 +82,18 @@ impl Search<'_> {
         }
         let over = full.distance() - task.distance;
         if over <= 0.0 || low.time >= full.time {
-            let from = if low.time >= full.time { low.time - low.over / task.v_up } else { full.time - over / task.v_up };
+            let from = if low.time >= full.time {
+                low.time - low.over / task.v_up
+            } else {
+                full.time - over / task.v_up
+            };
             return Some(from).filter(|t| t.is_finite());
         }
-        let high = Point { time: full.time, over, slope: task.v_up };
+        let high = Point {
+            time: full.time,
+            over,
+            slope: task.v_up,
+        };
         Some(self.convex(&full, low, high))
     }
 
@@ -154,11 +162,15 @@ impl Search<'_> {
         for i in 0..MOST_BISECTIONS {
             if high.over <= allowance(&self.side.task, high.time, high.slope)
                 || width <= 2.0 * f64::EPSILON * high.time
-             {
+            {
                 break;
             }
             // every third step halves, whatever the guess does
-            let guess = if i % 3 == 2 { low.time + 0.5 * width } else { guess(&low, &high) };
+            let guess = if i % 3 == 2 {
+                low.time + 0.5 * width
+            } else {
+                guess(&low, &high)
+            };
             let middle = self.point(full, guess);
             if libm::fabs(middle.over) <= allowance(&self.side.task, guess, middle.slope) {
                 return guess;
@@ -178,8 +190,16 @@ impl Search<'_> {
         let (k, a_up, a_down) = (self.side.k, self.side.task.a_up, self.side.task.a_down);
         let (c_low, c_high) = (self.c(low.time), self.c(high.time));
         let never = f64::INFINITY;
-        let peak_from = if k <= a_up * a_up { a_up + libm::sqrt(a_up * a_up - k) } else { c_low };
-        let valley_from = if -k <= a_down * a_down { a_down + libm::sqrt(a_down * a_down + k) } else { c_low };
+        let peak_from = if k <= a_up * a_up {
+            a_up + libm::sqrt(a_up * a_up - k)
+        } else {
+            c_low
+        };
+        let valley_from = if -k <= a_down * a_down {
+            a_down + libm::sqrt(a_down * a_down + k)
+        } else {
+            c_low
+        };
         let peak_first = peak_from <= valley_from;
         let one_from = smaller(if peak_first { peak_from } else { valley_from }, c_high);
         let span = a_up + a_down;
@@ -197,7 +217,14 @@ impl Search<'_> {
             if end >= 0.0 {
                 return self.polished(full, &low, &high, self.time(piece.root(c, &at, one_from)));
             }
-            (c, at) = (one_from, Point { time: self.time(one_from), over: end, slope: piece.slope(one_from) });
+            (c, at) = (
+                one_from,
+                Point {
+                    time: self.time(one_from),
+                    over: end,
+                    slope: piece.slope(one_from),
+                },
+            );
         }
         if c < both_from {
             let piece = Limited::through(self.side, peak_first, c, &at);
@@ -206,7 +233,14 @@ impl Search<'_> {
             if end >= 0.0 {
                 return self.polished(full, &low, &high, self.time(piece.root(c, &at, both_from)));
             }
-            (c, at) = (both_from, Point { time: self.time(both_from), over: end, slope: piece.slope(x_end) });
+            (c, at) = (
+                both_from,
+                Point {
+                    time: self.time(both_from),
+                    over: end,
+                    slope: piece.slope(x_end),
+                },
+            );
         }
         let _ = (c, never);
         // the slope grows linearly to its value where the velocity limit is met

@@ -1,7 +1,7 @@
-//! Several axes from rest to rest, beginning and ending together.
+//! Several axes from rest to rest on the straight line between two points.
 
-use super::{AxisLimits, Phase, Profile, ProfileError, State, Violation, check};
-use crate::scalar::{larger, sign, smaller};
+use super::{AxisLimits, Boundary, Phase, Profile, ProfileError, State, Violation, check};
+use crate::scalar::{larger, smaller};
 
 /// Kept below each limit on a line, so that the rounding of a direction never exceeds it.
 const ROUNDING_MARGIN: f64 = 1.0 - 1e-14;
@@ -125,101 +125,12 @@ impl<const N: usize> PhaseSynchronised<N> {
         let phases = self.profile.phases();
         let axes = self.start.iter().zip(&self.end).zip(&self.direction);
         for (axis, (((from, to), k), limit)) in axes.zip(limits).enumerate() {
-            check(&phases.map(|phase| phase.times(*k)), to - from, limit).map_err(|v| (axis, v))?;
-        }
-        Ok(())
-    }
-}
-
-/// All axes end together, each with its own shape: the slowest takes its optimal profile, the
-/// others the same kind of profile [stretched](Profile::stretched_to) to that time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeSynchronised<const N: usize> {
-    start: [f64; N],
-    end: [f64; N],
-    sign: [f64; N],
-    profile: [Profile; N],
-    duration: f64,
-}
-
-impl<const N: usize> TimeSynchronised<N> {
-    /// The shortest motion in which every axis keeps its limits.
-    ///
-    /// # Errors
-    /// As [`Profile::new`], for any axis.
-    pub fn new(
-        start: [f64; N],
-        end: [f64; N],
-        limits: &[AxisLimits; N],
-    ) -> Result<Self, ProfileError> {
-        let moves = displacements(&start, &end)?;
-        let mut profile = [Profile::nothing(); N];
-        let mut duration = 0.0;
-        for ((own, d), limit) in profile.iter_mut().zip(&moves).zip(limits) {
-            *own = Profile::new(d.abs(), limit)?;
-            duration = larger(duration, own.duration());
-        }
-        for own in &mut profile {
-            *own = own.stretched_to(duration)?;
-        }
-        Ok(Self {
-            start,
-            end,
-            sign: moves.map(sign),
-            profile,
-            duration,
-        })
-    }
-
-    /// Length in time, s.
-    #[must_use]
-    pub fn duration(&self) -> f64 {
-        self.duration
-    }
-
-    /// The states t seconds after the beginning; exactly at the end positions from the end on.
-    #[must_use]
-    pub fn at(&self, t: f64) -> [State; N] {
-        let arrived = t >= self.duration;
-        let mut states = [State::default(); N];
-        let axes = self.start.iter().zip(&self.end).zip(&self.sign);
-        for (state, (((from, to), sign), own)) in states.iter_mut().zip(axes.zip(&self.profile)) {
-            *state = if arrived {
-                State {
-                    p: *to,
-                    ..State::default()
-                }
-            } else {
-                let s = own.at(t);
-                State {
-                    p: from + sign * s.p,
-                    v: sign * s.v,
-                    a: sign * s.a,
-                    j: sign * s.j,
-                }
+            let end = Boundary {
+                p: to - from,
+                ..Boundary::default()
             };
-        }
-        states
-    }
-
-    /// The phases of one axis, positions counted from its start; `None` beyond the last axis.
-    #[must_use]
-    pub fn phases(&self, axis: usize) -> Option<[Phase; 7]> {
-        let (own, sign) = (self.profile.get(axis)?, self.sign.get(axis)?);
-        Some(own.phases().map(|phase| phase.times(*sign)))
-    }
-
-    /// Proves every axis with [`check`](super::check()).
-    ///
-    /// # Errors
-    /// The axis and its first violation.
-    pub fn check(&self, limits: &[AxisLimits; N]) -> Result<(), (usize, Violation)> {
-        let axes = self.start.iter().zip(&self.end).zip(&self.sign);
-        for (axis, ((((from, to), sign), own), limit)) in
-            axes.zip(&self.profile).zip(limits).enumerate()
-        {
-            let phases = own.phases().map(|phase| phase.times(*sign));
-            check(&phases, to - from, limit).map_err(|v| (axis, v))?;
+            let phases = phases.map(|phase| phase.times(*k));
+            check(&phases, &Boundary::default(), &end, &(*limit).into()).map_err(|v| (axis, v))?;
         }
         Ok(())
     }

@@ -1,0 +1,107 @@
+//! A change of velocity in a given time: the extremal pulses of acceleration.
+//!
+//! Units as in [`super::farthest`]. Among all accelerations of length T between given ends, the one that
+//! gains most velocity rises with full jerk and falls with full jerk; the one that gains least falls and
+//! rises. Every gain between is a mean of both.
+
+use super::brake::Brake;
+use super::earliest::{Joinable, Verdict};
+use super::farthest::Task;
+use crate::scalar::{larger, within};
+
+/// An acceleration that rises, is held, and falls.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pulse {
+    pub(super) a0: f64,
+    pub(super) peak: f64,
+    pub(super) hold: f64,
+    pub(super) a1: f64,
+}
+
+impl Pulse {
+    fn in_time(a0: f64, a1: f64, limit: f64, time: f64) -> Self {
+        let peak = 0.5 * (time + (a0 + a1));
+        if peak > limit {
+            Self {
+                a0,
+                peak: limit,
+                hold: 2.0 * (peak - limit),
+                a1,
+            }
+        } else {
+            Self {
+                a0,
+                peak: larger(larger(peak, a0), a1),
+                hold: 0.0,
+                a1,
+            }
+        }
+    }
+
+    fn gain(&self) -> f64 {
+        self.peak * (self.peak + self.hold) - 0.5 * (self.a0 * self.a0 + self.a1 * self.a1)
+    }
+}
+
+/// One axis on its way to a velocity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    pub(super) brake: Brake,
+    task: Task,
+    joinable: Joinable,
+}
+
+impl Gain {
+    pub(super) fn new(task: &Task) -> Self {
+        // Only the acceleration has to be brought inside first: the velocity is going to its end anyway.
+        let (jerk, time) = if task.a0 > task.a_up {
+            (-1.0, task.a0 - task.a_up)
+        } else if -task.a0 > task.a_down {
+            (1.0, -task.a0 - task.a_down)
+        } else {
+            (0.0, 0.0)
+        };
+        let brake = Brake {
+            jerk,
+            times: [time, 0.0],
+        };
+        let task = brake.applied(task);
+        Self {
+            brake,
+            task,
+            joinable: Joinable::of(&task),
+        }
+    }
+
+    pub(super) fn earliest(&self) -> f64 {
+        self.joinable.from
+    }
+
+    /// The pulses up and down in `time`, and the share of the first; or the next possible time.
+    pub(super) fn at(&self, time: f64) -> Result<(Pulse, Pulse, f64), Verdict> {
+        if let Some((from, to)) = self.joinable.gap
+            && from < time
+            && time < to
+        {
+            return Err(Verdict::NotBefore(to));
+        }
+        let Task {
+            v0,
+            a0,
+            v1,
+            a1,
+            a_up,
+            a_down,
+            ..
+        } = self.task;
+        let rising = Pulse::in_time(a0, a1, a_up, time);
+        let falling = Pulse::in_time(-a0, -a1, a_down, time);
+        let (most, least) = (rising.gain(), -falling.gain());
+        let share = if most > least {
+            (v1 - v0 - least) / (most - least)
+        } else {
+            1.0
+        };
+        Ok((rising, falling, within(share, 0.0, 1.0)))
+    }
+}
