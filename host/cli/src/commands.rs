@@ -2,6 +2,7 @@
 
 use crate::kin::Kin;
 use crate::monitor;
+use crate::plan::Plan;
 use crate::run::{Finished, Options, catch_interrupt, run};
 use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Place};
@@ -43,6 +44,8 @@ enum Command {
     Monitor(monitor::Monitor),
     /// Kinematics: poses, joints, motors, Jacobians.
     Kin(Kin),
+    /// Plans of motion, each proved before it is told: phases, pictures.
+    Plan(Plan),
     /// The classes of generators and conditions, and who inhabits them.
     Classes(ClassesArgs),
     /// Print a completion script for a shell.
@@ -186,7 +189,8 @@ struct ClassesArgs {
     json: bool,
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+/// A number that is neither infinite nor none.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err("expected a finite number".into()),
@@ -237,6 +241,11 @@ impl Cli {
             Command::Kin(kin) => {
                 let mut input = BufReader::new(std::io::stdin());
                 kin.run(&mut std::io::stdout().lock(), &mut input)?;
+                exit::OK
+            }
+            Command::Plan(plan) => {
+                let mut input = BufReader::new(std::io::stdin());
+                plan.run(&mut std::io::stdout().lock(), &mut input)?;
                 exit::OK
             }
             Command::Classes(args) => classes(args.json),

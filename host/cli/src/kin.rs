@@ -20,13 +20,14 @@ mod error;
 #[cfg(test)]
 mod test;
 
-use std::io::{self, BufRead, Write};
+use std::io::{BufRead, Write};
 
 use clap::{Args, Subcommand, ValueEnum};
 use motion::Pose;
 use robots::{Irp6Postument, Irp6Track, Joints, KinematicError, Motors, Robot, RobotKind};
 use serde::de::DeserializeOwned;
 
+use crate::jsonl::{each_line, write_line};
 use case::{Answer, JointsCase, MotorsCase, PoseCase};
 pub(crate) use error::KinError;
 
@@ -298,59 +299,22 @@ fn serve<C: DeserializeOwned>(
     answer: impl Fn(&C) -> Result<Answer, Refusal>,
 ) -> Result<(), KinError> {
     if jsonl {
-        return lines(out, input, answer);
+        each_line(out, input, |line| {
+            let case = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+            answer(&case).or_else(|refusal| match refusal {
+                Refusal::Shape(what) => Err(what),
+                Refusal::Kinematic(error) => Ok(Answer::from(&error)),
+            })
+        })?;
+        return Ok(());
     }
     let case = case.ok_or_else(|| KinError::Usage(format!("expected {flags}, or --jsonl")))?;
     match answer(&case) {
-        Ok(found) => write_line(out, &found),
+        Ok(found) => Ok(write_line(out, &found)?),
         Err(Refusal::Shape(text)) => Err(KinError::Usage(text)),
         Err(Refusal::Kinematic(error)) => {
             write_line(out, &Answer::from(&error))?;
             Err(KinError::NoAnswer(error))
         }
     }
-}
-
-fn lines<C: DeserializeOwned>(
-    out: &mut dyn Write,
-    input: &mut dyn BufRead,
-    answer: impl Fn(&C) -> Result<Answer, Refusal>,
-) -> Result<(), KinError> {
-    let mut malformed: Option<(usize, usize, String)> = None;
-    let mut line = Vec::new();
-    for number in 1.. {
-        line.clear();
-        if input.read_until(b'\n', &mut line)? == 0 {
-            break;
-        }
-        let refusal = match serde_json::from_slice(&line) {
-            Ok(case) => answer(&case),
-            Err(error) => Err(Refusal::Shape(error.to_string())),
-        };
-        let found = match refusal {
-            Ok(found) => found,
-            Err(Refusal::Kinematic(error)) => Answer::from(&error),
-            Err(Refusal::Shape(what)) => {
-                let (count, first, text) = malformed.unwrap_or((0, number, what.clone()));
-                malformed = Some((count + 1, first, text));
-                let message = format!("line {number} of stdin: {what}");
-                Answer::None {
-                    error: "malformed",
-                    message,
-                }
-            }
-        };
-        write_line(out, &found)?;
-    }
-    out.flush()?;
-    match malformed {
-        Some((lines, first, what)) => Err(KinError::Malformed { lines, first, what }),
-        None => Ok(()),
-    }
-}
-
-fn write_line(out: &mut dyn Write, answer: &Answer) -> Result<(), KinError> {
-    serde_json::to_writer(&mut *out, answer).map_err(io::Error::from)?;
-    out.write_all(b"\n")?;
-    Ok(())
 }

@@ -4,9 +4,11 @@
 //! records and draws, [`report`] tells a person, [`commands`] is the command line itself.
 
 mod commands;
+mod jsonl;
 mod kin;
 mod monitor;
 mod observe;
+mod plan;
 mod record;
 mod report;
 mod run;

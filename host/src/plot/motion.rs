@@ -119,9 +119,10 @@ fn stroke(axis: usize) -> Stroke {
 
 /// The names of the axes, and what a thin line is; the bottom of it all.
 fn legend(drawing: &mut Drawing, axes: &[AxisMotion]) -> f64 {
-    let limit = Stroke::solid(SOFT_INK, 0.8);
+    let limit = Stroke::dashed(SOFT_INK, 0.9);
     let names = axes.iter().enumerate();
-    let entries = names.map(|(number, axis)| (stroke(number), axis.name.chars().take(24).collect()));
+    let entries =
+        names.map(|(number, axis)| (stroke(number), axis.name.chars().take(24).collect()));
     let entries: Vec<(Stroke, String)> = entries.chain([(limit, "limit".into())]).collect();
     let (mut x, mut y) = (LEFT, LEGEND_TOP);
     for (stroke, label) in entries {
@@ -186,10 +187,10 @@ impl Diagram<'_> {
         panel.axes(drawing, "", if last { "time [s]" } else { "" }, &y_name);
         self.thin_lines(drawing, &panel, &limits);
         if let [axis] = self.data.axes.as_slice() {
-            let mut begin = 0.0;
+            let mut end = 0.0;
             for phase in &axis.phases {
-                panel.mark(drawing, begin, None);
-                begin += phase.t;
+                end += phase.t;
+                panel.mark(drawing, end, None);
             }
         }
         for (number, curve) in self.curves.iter().enumerate() {
@@ -197,17 +198,22 @@ impl Diagram<'_> {
             panel.line(drawing, points, stroke(number));
             if let Some((t, state)) = curve.last().filter(|(t, s)| finite(*t) && finite(of(s))) {
                 let at = panel.place([*t, of(state)]);
-                drawing.shapes.push(Shape::Disc(at, 3.0, axis_colour(number)));
+                drawing
+                    .shapes
+                    .push(Shape::Disc(at, 3.0, axis_colour(number)));
             }
         }
     }
 
-    /// Every limit near the motion once, in its axis' colour, or in grey where axes share it; from above.
+    /// Every limit near the motion once, from above: in grey, or in the colour of the one axis of several
+    /// that has it.
     fn limits(&self, reached: Range) -> Vec<(f64, Colour)> {
         let room = NEAR * visible(reached).span();
         let near = |value: f64| value < reached.upper + room && value > reached.lower - room;
         let mut limits: Vec<(f64, Colour)> = Vec::new();
+        let alone = self.data.axes.len() == 1;
         for (number, axis) in self.data.axes.iter().enumerate() {
+            let own = if alone { SOFT_INK } else { axis_colour(number) };
             for value in (self.quantity.limits)(&axis.bounds) {
                 let same = limits
                     .iter_mut()
@@ -215,7 +221,7 @@ impl Diagram<'_> {
                 match same {
                     Some((_, colour)) => *colour = SOFT_INK,
                     None if finite(value) && near(value) => {
-                        limits.push((value, axis_colour(number)));
+                        limits.push((value, own));
                     }
                     None => {}
                 }
@@ -231,7 +237,7 @@ impl Diagram<'_> {
         for (value, colour) in limits {
             let [x, y] = panel.place([panel.x.upper, *value]);
             let line = vec![[panel.left, y], [x, y]];
-            drawing.line(line, Stroke::solid(colour.faint(0.75), 0.8));
+            drawing.line(line, Stroke::dashed(*colour, 0.9));
             if y >= free_from {
                 let label = format!("{value}").replace('-', "−");
                 let label: String = label.chars().take(12).collect();

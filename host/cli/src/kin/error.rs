@@ -6,24 +6,17 @@ use std::io;
 use process::{End, exit};
 use robots::KinematicError;
 
+use crate::jsonl::JsonlError;
+
 /// Why `mrroc kin` failed.
 #[derive(Debug)]
 pub(crate) enum KinError {
     /// There is no such robot, or flags are missing or have the wrong number of values.
     Usage(String),
-    /// Lines of stdin could not be read as cases.
-    Malformed {
-        /// How many.
-        lines: usize,
-        /// The first of them, counted from 1.
-        first: usize,
-        /// What was expected there and what was found.
-        what: String,
-    },
     /// The one case given by flags has no answer.
     NoAnswer(KinematicError),
-    /// stdin or stdout failed.
-    Stream(io::Error),
+    /// Lines were not all answered.
+    Jsonl(JsonlError),
 }
 
 impl KinError {
@@ -31,8 +24,8 @@ impl KinError {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => exit::USAGE,
-            Self::Malformed { .. } | Self::NoAnswer(_) => exit::DATA,
-            Self::Stream(_) => exit::IO,
+            Self::NoAnswer(_) => exit::DATA,
+            Self::Jsonl(error) => error.exit_code(),
         }
     }
 }
@@ -41,19 +34,8 @@ impl fmt::Display for KinError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(text) => f.write_str(text),
-            Self::Malformed {
-                lines: 1,
-                first,
-                what,
-            } => write!(f, "line {first} of stdin: {what}"),
-            Self::Malformed { lines, first, what } => {
-                write!(
-                    f,
-                    "{lines} lines of stdin are malformed, the first is line {first}: {what}"
-                )
-            }
             Self::NoAnswer(error) => error.fmt(f),
-            Self::Stream(error) => write!(f, "stdin or stdout: {error}"),
+            Self::Jsonl(error) => error.fmt(f),
         }
     }
 }
@@ -66,8 +48,14 @@ impl From<KinError> for End {
     }
 }
 
+impl From<JsonlError> for KinError {
+    fn from(error: JsonlError) -> Self {
+        Self::Jsonl(error)
+    }
+}
+
 impl From<io::Error> for KinError {
     fn from(error: io::Error) -> Self {
-        Self::Stream(error)
+        Self::Jsonl(error.into())
     }
 }
