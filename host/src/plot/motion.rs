@@ -188,7 +188,9 @@ impl Diagram<'_> {
         self.thin_lines(drawing, &panel, &limits);
         if let [axis] = self.data.axes.as_slice() {
             let mut end = 0.0;
-            for phase in &axis.phases {
+            // the last ends where the frame does
+            let inner = axis.phases.split_last().map_or(&[][..], |(_, inner)| inner);
+            for phase in inner {
                 end += phase.t;
                 panel.mark(drawing, end, None);
             }

@@ -1,6 +1,6 @@
 //! The planner for any number of axes, and the proof of what it made.
 
-use std::fmt;
+use std::{fmt, iter};
 
 use motion::profile::{
     AxisBounds, Boundary, Phase, ProfileError, Request, Synchronisation, Trajectory,
@@ -126,9 +126,15 @@ impl Asked {
     }
 
     /// Proves a motion from its phases alone: from the asked start to the asked end, inside the bounds.
-    fn prove(&self, motion: &Motion) -> Result<(), NoMotion> {
-        let each = self.start.iter().zip(&self.end).zip(&self.bounds);
-        for (axis, (phases, ((start, end), bounds))) in motion.axes.iter().zip(each).enumerate() {
+    pub(super) fn prove(&self, motion: &Motion) -> Result<(), NoMotion> {
+        let asked = self.start.iter().zip(&self.end).zip(&self.bounds);
+        // an axis that is not planned has no phases: proved only where start and end are one
+        let planned = motion
+            .axes
+            .iter()
+            .map(Vec::as_slice)
+            .chain(iter::repeat(&[][..]));
+        for (axis, (((start, end), bounds), phases)) in asked.zip(planned).enumerate() {
             check(phases, start, end, bounds)
                 .map_err(|violation| NoMotion::Unproved { axis, violation })?;
         }
