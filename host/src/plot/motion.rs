@@ -6,6 +6,9 @@ use super::panel::Panel;
 use super::scale::{Range, finite};
 use ::motion::profile::{AxisBounds, Phase, State};
 
+#[cfg(test)]
+mod test;
+
 /// What to draw of a planned motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionPlot {
@@ -86,7 +89,7 @@ pub(super) fn lay_out(data: &MotionPlot) -> Drawing {
     };
     drawing.text([24.0, 34.0], 20.0, Anchor::Start, INK, data.title.clone());
     let mut top = legend(&mut drawing, &data.axes) + 20.0;
-    let curves: Vec<Vec<(f64, State)>> = data.axes.iter().map(|axis| curve(axis)).collect();
+    let curves: Vec<Vec<(f64, State)>> = data.axes.iter().map(curve).collect();
     let ends = curves.iter().flatten().map(|(t, _)| *t);
     let time = Range::of(ends.chain([0.0])).padded(0.0, 1e-6);
     for (number, quantity) in QUANTITIES.iter().enumerate() {
@@ -185,7 +188,7 @@ impl Diagram<'_> {
         };
         let y_name = format!("{name} [{}{per}]", self.data.unit);
         panel.axes(drawing, "", if last { "time [s]" } else { "" }, &y_name);
-        self.thin_lines(drawing, &panel, &limits);
+        thin_lines(drawing, &panel, &limits);
         if let [axis] = self.data.axes.as_slice() {
             let mut end = 0.0;
             // the last ends where the frame does
@@ -232,20 +235,20 @@ impl Diagram<'_> {
         limits.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         limits
     }
+}
 
-    /// The limits, and their values beside the frame where there is room for them.
-    fn thin_lines(&self, drawing: &mut Drawing, panel: &Panel, limits: &[(f64, Colour)]) {
-        let mut free_from = f64::MIN;
-        for (value, colour) in limits {
-            let [x, y] = panel.place([panel.x.upper, *value]);
-            let line = vec![[panel.left, y], [x, y]];
-            drawing.line(line, Stroke::dashed(*colour, 0.9));
-            if y >= free_from {
-                let label = format!("{value}").replace('-', "−");
-                let label: String = label.chars().take(12).collect();
-                drawing.text([x + 8.0, y + 4.0], 10.0, Anchor::Start, *colour, label);
-                free_from = y + SMALL_LINE;
-            }
+/// The limits, and their values beside the frame where there is room for them.
+fn thin_lines(drawing: &mut Drawing, panel: &Panel, limits: &[(f64, Colour)]) {
+    let mut free_from = f64::MIN;
+    for (value, colour) in limits {
+        let [x, y] = panel.place([panel.x.upper, *value]);
+        let line = vec![[panel.left, y], [x, y]];
+        drawing.line(line, Stroke::dashed(*colour, 0.9));
+        if y >= free_from {
+            let label = format!("{value}").replace('-', "−");
+            let label: String = label.chars().take(12).collect();
+            drawing.text([x + 8.0, y + 4.0], 10.0, Anchor::Start, *colour, label);
+            free_from = y + SMALL_LINE;
         }
     }
 }

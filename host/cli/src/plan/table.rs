@@ -86,7 +86,8 @@ fn counted(count: usize, one: &str, more: &str) -> String {
 }
 
 fn row(out: &mut dyn Write, cells: &[String; 6]) -> io::Result<()> {
-    let line: String = cells.iter().map(|cell| format!("{cell:>14}")).collect();
+    let [begins, lasts, p, v, a, j] = cells;
+    let line = format!("{begins:>14}{lasts:>14}{p:>14}{v:>14}{a:>14}{j:>14}");
     writeln!(out, "{}", line.trim_end())
 }
 
