@@ -39,7 +39,7 @@ pub use quintic::Quintic;
 pub use straight::Straight;
 
 use crate::pose::Pose;
-use crate::scalar::{larger, smaller};
+use crate::scalar::smaller;
 use crate::twist::Twist;
 
 /// What one radian of turning counts in the parameter of a path, m/rad.
@@ -125,9 +125,15 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// The parameter that a way of so many metres and radians takes: see [`METRES_PER_RADIAN`].
+/// The parameter that a way of so many metres and radians takes: see [`METRES_PER_RADIAN`]. Not a number if
+/// either is not.
 fn extent(metres: f64, radians: f64) -> f64 {
-    larger(metres, METRES_PER_RADIAN * radians)
+    let turned = METRES_PER_RADIAN * radians;
+    if turned > metres || turned.is_nan() {
+        turned
+    } else {
+        metres
+    }
 }
 
 /// s limited to one length beyond either end; 0 if it is not a number.

@@ -47,8 +47,10 @@ impl core::error::Error for PointError {}
 /// Makes spans of points, each as soon as the eight points that it depends on are known.
 ///
 /// - The parameter of a span is its chord (m; see [`METRES_PER_RADIAN`](super::METRES_PER_RADIAN) for turns).
-///   |p'| deviates from 1 by a quarter to a third of 1/24 of the square of the angle between points of a
-///   circle; at sharp corners, and where long chords follow short ones, by a lot: look at [`PathPoint::first`].
+///   On a circle with points an angle θ apart |p'| is between 1 and 1 + 1.06·θ²/24; on random walks that
+///   turn by up to 0.2, 0.5, 1 rad at each point it stays within 0.8 %, 5 %, 17 % of 1. Where the way turns
+///   sharply right at its end, or long chords follow short ones, it may be far off: [`PathPoint::first`] tells.
+/// - A circle of radius R is met to R·θ⁴/500 (fourth order), its curvature to θ²/14 of it (second order).
 /// - At the first three points and the last three the window has what there is: at the first point itself
 ///   and three after it, at the second one more before it, and so on. Two points make a straight line,
 ///   three a parabola, four one cubic.

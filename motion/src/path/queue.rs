@@ -219,7 +219,14 @@ impl<const N: usize> Path<N> {
             }
         }
         let entry = self.entry(self.cursor)?;
-        Some(entry.piece.at(entry.from + (s - entry.start)))
+        let end = entry.end();
+        // so that the end of the path is the end of its last piece, to the bit
+        let local = if s >= end {
+            entry.to + (s - end)
+        } else {
+            entry.from + (s - entry.start)
+        };
+        Some(entry.piece.at(local))
     }
 
     /// The first place after s where the tool must be at rest, m, the [end](Self::end) of what is known

@@ -36,7 +36,7 @@ impl Straight {
         }
         let line = Line::new(start, end);
         let length = extent(line.length_m(), line.angle_rad());
-        if length.is_infinite() {
+        if !length.is_finite() {
             return Err(PieceError::NotFinite);
         }
         if length < SHORTEST_M {

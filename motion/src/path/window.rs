@@ -106,8 +106,10 @@ fn seconds(knots: &[Knot]) -> [Value; MOST] {
 
 #[cfg(test)]
 mod test {
+    extern crate std;
     use super::*;
     use proptest::prelude::*;
+    use std::vec::Vec;
 
     fn knots(steps: &[f64], f: impl Fn(f64) -> f64) -> Vec<Knot> {
         let mut t = 0.0;
