@@ -97,8 +97,8 @@ pub trait Curve {
     /// Length of the way of the tool's origin between two values of s, m; negative backwards.
     ///
     /// Where a piece has no closed form: Gauss–Legendre with five nodes in each of eight panels. Relative
-    /// error on a quarter of a circle as a quintic: below 1e-13; where `p'` almost vanishes (the blend of a
-    /// reversal): 1e-3.
+    /// error below 1e-8 where |p'| stays above 0.7, on spans of curves through points as on blends of lines
+    /// that turn by up to 150°; below 1e-6 on blends that turn back; up to 1e-3 on wild curves.
     fn arc_length(&self, from: f64, to: f64) -> f64 {
         let panel = (to - from) / f64::from(PANELS);
         let mut sum = 0.0;

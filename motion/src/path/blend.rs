@@ -81,6 +81,9 @@ const LEAST_RATIO: f64 = 0.5;
 ///   beyond, it falls half way to 0.74 at 150° and to 0 at 180°, where the tool turns back;
 /// - `|p''| ≤ 3.11·sin(α/2)/(2·d·k)`, and up to 135° the curvature is at most 6 % more than that;
 /// - the greatest deviation is `d·2·sin(α/2)·(1/2 − 5/16·k)`, half way.
+///
+/// Where a line goes over into an arc of radius R without a corner, the curvature stays below 1.12/R and
+/// |p'| between 0.93 and 1.06.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
     curve: Quintic,
@@ -90,7 +93,8 @@ pub struct Blend {
 impl Blend {
     /// The blend of the corner where the first piece ends and the second begins.
     ///
-    /// Work: at most 16 attempts of 23 points; one or two attempts for lines.
+    /// Work: at most 16 attempts of 23 points of the blend and of the pieces; one attempt for two lines that
+    /// do not turn, as a rule fewer than four for others.
     ///
     /// # Errors
     /// [`BlendError`].

@@ -1,6 +1,6 @@
 //! Blends: within the tolerance, C2 at both ends, and as large as they may be.
 
-use crate::support::{apart, at, derivatives_are_limits, jumps, pose, straight, vector};
+use crate::support::{apart, at, derivatives_are_limits, jumps, pose, simpson, straight, vector};
 use motion::Pose;
 use motion::path::{Arc, Blend, BlendError, Curve, Piece, Straight, Tolerance};
 use nalgebra::Vector3;
@@ -186,9 +186,11 @@ proptest! {
         let limited = blend.distance() > 0.495 * first.length().min(second.length());
         let off = 4.0 * blend.distance() * blend.distance() / (32.0 * radius);
         prop_assert!(limited || off > 0.5 * tolerance.metres, "{off:e}");
-        // and the curvature does not overshoot by much
-        let most = (0..=100).map(|i| blend.curve().at(blend.curve().length() * f64::from(i) / 100.0).curvature()).fold(0.0, f64::max);
-        prop_assert!(most < 1.35 / radius, "{}", most * radius);
+        for i in 0..=100 {
+            let x = blend.curve().at(blend.curve().length() * f64::from(i) / 100.0);
+            prop_assert!(x.curvature() < 1.12 / radius, "{}", x.curvature() * radius);
+            prop_assert!(x.first.linear_norm() > 0.93 && x.first.linear_norm() < 1.06);
+        }
     }
 
     #[test]
@@ -269,6 +271,38 @@ fn speed_and_curvature_of_blends_of_lines_are_as_described() {
         }
         println!(
             "{degrees:6} {k:8.3} {least:8.3} {fastest:8.3} {second:12.3} {curvature:12.3} {length:12.4}"
+        );
+    }
+}
+
+#[test]
+fn the_quadrature_of_the_length_is_as_exact_as_described() {
+    for (degrees, allowed) in [
+        (30.0, 1e-11),
+        (90.0, 1e-11),
+        (135.0, 1e-11),
+        (150.0, 1e-11),
+        (165.0, 1e-6),
+        (175.0, 1e-6),
+        (180.0, 1e-6),
+    ] {
+        let (first, second) = bend(f64::to_radians(degrees), 1.0);
+        let blend = Blend::between(
+            &first,
+            &second,
+            &Tolerance {
+                metres: 1e-3,
+                radians: 0.1,
+            },
+        )
+        .unwrap();
+        let (got, expected) = (
+            blend.curve().arc_length(0.0, blend.curve().length()),
+            simpson(blend.curve()),
+        );
+        assert!(
+            (got / expected - 1.0).abs() < allowed,
+            "{degrees}: {got} {expected}"
         );
     }
 }

@@ -31,6 +31,16 @@ fn max(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, f64::max)
 }
 
+/// The least |p'|.
+fn slowest(span: &Quintic) -> f64 {
+    let speed = |i: i32| {
+        span.at(span.length() * f64::from(i) / 40.0)
+            .first
+            .linear_norm()
+    };
+    (0..=40).map(speed).fold(f64::INFINITY, f64::min)
+}
+
 /// A walk: steps of 2 to 40 mm, up to 60° away from the direction before, turning up to 0.3 rad.
 fn walk(points: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Vec<Pose>> {
     let step = (vector(1.0), 0.002..0.04f64, vector(0.17));
@@ -63,6 +73,10 @@ proptest! {
             let (metres, radians) = apart(&pair[0], &pair[1]);
             prop_assert!((span.length() - metres.max(METRES_PER_RADIAN * radians)).abs() < 1e-15);
             derivatives_are_limits(span, 0.37 * span.length())?;
+            let (least, length) = (slowest(span), span.length());
+            let parts = span.arc_length(0.0, 0.4 * length) + span.arc_length(0.4 * length, length);
+            let error = (span.arc_length(0.0, length) / parts - 1.0).abs();
+            prop_assert!(error < if least > 0.7 { 1e-8 } else { 1e-3 }, "{error:e} {least}");
         }
         for jump in joins(&spans) {
             // rounding: coefficients of some 10 steps, 1e-15·10/step² at steps of 2 mm; the orientation's rates are

@@ -1,6 +1,8 @@
 //! Lines, arcs, quintics: derivatives, lengths, ends, and what cannot be made.
 
-use crate::support::{apart, at, derivatives_are_limits, jumps, moved, pose, straight, vector};
+use crate::support::{
+    apart, at, derivatives_are_limits, jumps, moved, pose, simpson, straight, vector,
+};
 use motion::path::{
     Arc, Curve, METRES_PER_RADIAN, PathPoint, PieceError, Quintic, SHORTEST_M, Straight,
 };
@@ -276,23 +278,7 @@ fn the_quadrature_of_a_quarter_circle_as_a_quintic_is_exact_to_rounding() {
     )
     .unwrap();
     let quintic = Quintic::between(&arc.at(0.0), &arc.at(arc.length()), arc.length()).unwrap();
-    // Simpson's rule with 20000 intervals as the oracle: error far below 1e-14
-    let n = 20_000;
-    let h = quintic.length() / f64::from(n);
-    let speed = |i: i32| quintic.at(h * f64::from(i)).first.linear_norm();
-    let sum: f64 = (0..=n)
-        .map(|i| {
-            speed(i)
-                * if i == 0 || i == n {
-                    1.0
-                } else if i % 2 == 1 {
-                    4.0
-                } else {
-                    2.0
-                }
-        })
-        .sum();
-    let expected = sum * h / 3.0;
+    let expected = simpson(&quintic);
     let got = quintic.arc_length(0.0, quintic.length());
     assert!(
         (got - expected).abs() < 1e-13 * expected,

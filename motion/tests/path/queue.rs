@@ -201,6 +201,25 @@ fn a_curve_through_points_is_one_smooth_path() {
 }
 
 #[test]
+fn joins_of_the_shortest_spans_are_smooth_in_spite_of_rounding() {
+    for step in [1.1e-6, 3e-6, 1e-5, 1e-4] {
+        let mut path = Path::<64>::new();
+        let points = (0..60).map(|i| {
+            let (i, place) = (f64::from(i), step * f64::from(i));
+            let aside = 0.7 + 0.3 * step * (0.9 * i).sin();
+            Pose::from_rotation_vector(
+                Vector3::new(1.0 + place, aside, 0.3),
+                Vector3::new(1.0, 0.1 * place, 0.0),
+            )
+        });
+        for span in spans(points) {
+            path.push(span).unwrap();
+        }
+        assert_eq!((path.len(), path.stop_after(-1.0)), (59, None));
+    }
+}
+
+#[test]
 fn a_piece_blended_at_both_ends_over_its_halves_is_gone() {
     let mut path = Path::<8>::new();
     let wide = Tolerance {

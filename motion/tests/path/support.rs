@@ -91,6 +91,21 @@ pub(crate) fn derivatives_are_limits(curve: &impl Curve, s: f64) -> Result<(), T
     Ok(())
 }
 
+/// The length of a curve by Simpson's rule with 50000 intervals: error of fourth order, and so far below
+/// rounding unless the curve has a cusp.
+pub(crate) fn simpson(curve: &impl Curve) -> f64 {
+    let n = 50_000;
+    let h = curve.length() / f64::from(n);
+    let weight = |i: i32| match i {
+        0 => 1.0,
+        i if i == n => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let speed = |i: i32| curve.at(h * f64::from(i)).first.linear_norm();
+    (0..=n).map(|i| weight(i) * speed(i)).sum::<f64>() * h / 3.0
+}
+
 /// The motion g applied to every derivative of a point.
 pub(crate) fn moved(g: &Pose, x: &PathPoint) -> PathPoint {
     let turn = |t: motion::Twist| motion::Twist {
