@@ -57,6 +57,8 @@ impl From<PieceError> for BlendError {
 const MOST_TURN: f64 = 1.5;
 /// Ends are moved towards the corner at most so often: bounds the work.
 const ATTEMPTS: u32 = 16;
+/// A share of the tolerance that need not be improved upon.
+const ENOUGH: f64 = 0.9;
 /// Deviation is sampled at so many intervals, an even number: the greatest is often right in the middle.
 const INTERVALS: u32 = 24;
 /// Kept below the tolerance for what lies between samples: with `e'' ≤ π²·e` over the range, `π²/8/24²`
@@ -68,8 +70,8 @@ const LEAST_RATIO: f64 = 0.5;
 /// A [`Quintic`] in the place of a corner: leaves the first piece a distance d before its end and enters the
 /// second d after its start, with their p, p', p'', R, ω, ω' there.
 ///
-/// d (in the parameter) is as large as the tolerance admits, to about 2 %, and at most half of each piece, so
-/// that both ends of a piece can be blended. The tolerance bounds the distance between the blend at u and
+/// d (in the parameter) uses up 0.88 of the tolerance or more, or is half of the shorter piece, so that both
+/// ends of a piece can be blended, or as much as turns the tool by 1.5 rad in all. The tolerance bounds the distance between the blend at u and
 /// the corner at u, both over \[0, 1\]: that is more than the distance to the nearest point.
 ///
 /// The parameter of a blend has the length `2·d·k`. For unit speed half way through a corner of two lines
@@ -110,25 +112,35 @@ impl Blend {
         }
         let corner = Corner::new(first, second)?;
         let mut distance = corner.estimate(tolerance);
+        let (mut best, mut too_far) = (None, None);
         for _ in 0..ATTEMPTS {
             if distance < SHORTEST_M {
-                return Err(BlendError::TooShort);
+                break;
             }
             let (from, to) = (corner.at(-distance), corner.at(distance));
             let length = 2.0 * distance * corner.ratio;
             let curve = Quintic::between(&from, &to, length)?;
             let used = corner.deviation(&curve, distance, tolerance) / BETWEEN_SAMPLES;
-            if used <= 1.0 {
-                return Ok(Self { curve, distance });
-            }
             if !used.is_finite() {
                 return Err(BlendError::NotFinite);
             }
-            // grows with d where directions differ, with d² where only curvatures do: the root is the
-            // smaller step, and the 1 % ends a series of them
-            distance *= 0.99 / libm::sqrt(used);
+            if used <= 1.0 {
+                best = Some(Self { curve, distance });
+            } else {
+                too_far = Some(distance);
+            }
+            distance = match (&best, too_far) {
+                // between what is too far and what is not, until it is enough
+                (Some(best), Some(far)) if !(ENOUGH..=1.0).contains(&used) => {
+                    libm::sqrt(best.distance * far)
+                }
+                (Some(_), _) => break,
+                // the deviation grows with d where directions differ, with d² where only curvatures
+                // do: the root is the smaller step, and the 1 % ends a series of them
+                (None, _) => distance * 0.99 / libm::sqrt(used),
+            };
         }
-        Err(BlendError::TooShort)
+        best.ok_or(BlendError::TooShort)
     }
 
     /// The blend as a curve.

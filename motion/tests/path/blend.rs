@@ -41,6 +41,18 @@ fn used(first: &Piece, second: &Piece, blend: &Blend, tolerance: &Tolerance) -> 
     farthest(&rounded, &original).max(farthest(&original, &rounded))
 }
 
+/// The greatest share of the tolerance between the blend and the path, both over [0, 1].
+fn at_equal_parameter(first: &Piece, second: &Piece, blend: &Blend, tolerance: &Tolerance) -> f64 {
+    let share = |i: i32| {
+        let u = f64::from(i) / 1000.0;
+        let here = blend.curve().at(u * blend.curve().length()).pose;
+        let there = corner(first, second, (2.0 * u - 1.0) * blend.distance());
+        let (metres, radians) = apart(&here, &there);
+        (metres / tolerance.metres).max(radians / tolerance.radians)
+    };
+    (0..=1000).map(share).fold(0.0, f64::max)
+}
+
 /// Joins at both ends, derivatives inside, tolerance.
 fn check(
     first: &Piece,
@@ -71,6 +83,12 @@ fn check(
     if d > 1e-3 {
         derivatives_are_limits(curve, 0.41 * curve.length())?;
     }
+    let most = at_equal_parameter(first, second, blend, tolerance);
+    prop_assert!(most <= 1.0, "{most}");
+    let turning = first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm();
+    prop_assert!(d * turning <= 1.5);
+    let limited = d > 0.499 * first.length().min(second.length()) || d * turning > 1.48;
+    prop_assert!(limited || most > 0.88, "{most} of the tolerance, d {d:e}");
     let used = used(first, second, blend, tolerance);
     // both are sampled at 300 points; what is nearest between them is nearer still
     prop_assert!(used <= 1.0, "{used} of the tolerance, d {d:e}");
@@ -181,11 +199,6 @@ proptest! {
         let second: Piece = Arc::about(corner, Vector3::y() * radius, Vector3::z(), angle, 0.0, &corner.rotation).unwrap().into();
         let blend = Blend::between(&first, &second, &tolerance).unwrap();
         check(&first, &second, &blend, &tolerance)?;
-        // d only needs to be small where the tolerance is: at equal parameter the blend is off by
-        // h²/64·κ + a third of that for |p'|, less than (2d)²/32/R
-        let limited = blend.distance() > 0.495 * first.length().min(second.length());
-        let off = 4.0 * blend.distance() * blend.distance() / (32.0 * radius);
-        prop_assert!(limited || off > 0.5 * tolerance.metres, "{off:e}");
         for i in 0..=100 {
             let x = blend.curve().at(blend.curve().length() * f64::from(i) / 100.0);
             prop_assert!(x.curvature() < 1.12 / radius, "{}", x.curvature() * radius);
@@ -216,6 +229,47 @@ proptest! {
         let (first, second): (Piece, Piece) = (straight(a, b).into(), straight(b, c).into());
         let blend = Blend::between(&first, &second, &tolerance).unwrap();
         check(&first, &second, &blend, &tolerance)?;
+    }
+}
+
+#[test]
+fn the_orientation_counts_where_only_the_position_turns_back() {
+    // ω goes on through the corner; the blend of the way, at half the parameter's rate, would make it lag
+    let pose =
+        |x: f64, angle: f64| Pose::from_rotation_vector(Vector3::x() * x, Vector3::z() * angle);
+    let (first, second) = (
+        straight(pose(0.0, 0.0), pose(0.1, 1.0)),
+        straight(pose(0.1, 1.0), pose(0.0, 2.0)),
+    );
+    for radians in [0.05, 0.01, 1e-3] {
+        let tolerance = Tolerance {
+            metres: 1.0,
+            radians,
+        };
+        let blend = Blend::between(&first, &second, &tolerance).unwrap();
+        let most = at_equal_parameter(&first.into(), &second.into(), &blend, &tolerance);
+        assert!(most > 0.88 && most <= 1.0, "{most}");
+    }
+}
+
+#[test]
+fn a_blend_turns_the_tool_by_less_than_the_shortest_way_can_tell() {
+    let half_turn = |axis: Vector3<f64>, from: Pose| Pose {
+        rotation: Pose::from_rotation_vector(Vector3::zeros(), axis * 3.1).rotation * from.rotation,
+        ..from
+    };
+    let a = Pose::identity();
+    let b = half_turn(Vector3::z(), a);
+    for axis in [Vector3::z(), Vector3::x(), Vector3::new(0.0, 0.6, 0.8)] {
+        let (first, second) = (straight(a, b), straight(b, half_turn(axis, b)));
+        let wide = Tolerance {
+            metres: 1.0,
+            radians: 3.0,
+        };
+        let blend = Blend::between(&first, &second, &wide).unwrap();
+        let turned = blend.distance()
+            * (first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm());
+        assert!(turned > 1.4 && turned < 1.5, "{turned}");
     }
 }
 

@@ -301,6 +301,11 @@ fn a_full_path_and_a_gap_are_refused_and_change_nothing() {
     assert_eq!(path.push(next), Err(QueueError::Full));
     assert_eq!(path.push_blended(next, &FINE), Err(QueueError::Full));
     assert_eq!(path, before);
+    // one place is not enough for a blend and a piece
+    let mut path = blended::<4>(1);
+    let before = path.clone();
+    assert_eq!(path.push_blended(next, &FINE), Err(QueueError::Full));
+    assert_eq!(path, before);
     let mut path = blended::<8>(1);
     let before = path.clone();
     let far = straight(zigzag(4), zigzag(5));
