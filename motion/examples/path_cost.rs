@@ -65,6 +65,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     cost("blend of two lines: made", |_| {
         black_box(Blend::between(black_box(&straight), &next, &tolerance).is_ok());
     });
+    let ahead = straight.line().twist().linear;
+    let (normal, corner) = (ahead.cross(&Vector3::x()), *straight.line().end());
+    let centre = corner.position + ahead.cross(&normal).normalize() * 0.2;
+    let tangential = Arc::about(corner, centre, normal, 1.0, 0.0, &corner.rotation)?;
+    cost("blend of line and tangential arc: made", |_| {
+        black_box(Blend::between(black_box(&straight), &tangential, &tolerance).is_ok());
+    });
     let mut curve = MovingSegment::new();
     cost("curve through points: a point pushed", |u| {
         black_box(curve.push(black_box(pose(1e3 * u))).is_ok());

@@ -329,9 +329,6 @@ impl<const N: usize> Path<N> {
             if let Some(Some(entry)) = self.entries.get_mut(slot) {
                 self.end = entry.start;
                 self.count = last;
-                if self.cursor >= last {
-                    self.cursor = last.saturating_sub(1);
-                }
             }
         }
     }

@@ -247,19 +247,27 @@ fn a_piece_blended_at_both_ends_over_its_halves_is_gone() {
 
 #[test]
 fn what_is_settled_does_not_change() {
-    let mut path = Path::<32>::new();
-    for i in 0..10 {
-        let (settled, mut before) = (path.settled(), path.clone());
-        path.push_blended(straight(zigzag(i), zigzag(i + 1)), &FINE)
-            .unwrap();
-        for k in 0..=100 {
-            let s = settled * f64::from(k) / 100.0;
-            // at the very end a blend of half the piece may begin
-            if s < settled {
+    // blends of a few millimetres, of a tenth of the pieces or so, and of half of them
+    for metres in [1e-3, 1e-2, 1.0] {
+        let tolerance = Tolerance {
+            metres,
+            radians: 1.0,
+        };
+        let mut path = Path::<32>::new();
+        path.push(straight(zigzag(0), zigzag(1))).unwrap();
+        for i in 1..10 {
+            let (settled, mut before) = (path.settled(), path.clone());
+            path.push_blended(straight(zigzag(i), zigzag(i + 1)), &tolerance)
+                .unwrap();
+            for k in 0..100 {
+                let s = settled * f64::from(k) / 100.0;
                 assert_eq!(before.at(s), path.at(s));
             }
+            assert!(path.settled() > settled && path.settled() < path.end());
+            // a blend yet to come takes half of the last piece at most
+            let half = 0.5 * straight(zigzag(i), zigzag(i + 1)).length();
+            assert!((path.end() - path.settled() - half).abs() < 1e-12);
         }
-        assert!(path.settled() > settled && path.settled() < path.end());
     }
 }
 
