@@ -8,6 +8,7 @@
 //! | [`mod@line`] | the straight line between two poses, turning about one axis |
 //! | [`profile`] | jerk-limited motion from rest to rest, alone or synchronised, and its checker |
 //! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
+//! | [`feed`] | jerk-limited speed along a path, from a stream of samples of its derivatives |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
 //! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |
 //!
@@ -56,6 +57,7 @@
     )
 )]
 
+pub mod feed;
 pub mod interpolator;
 pub mod knot;
 pub mod line;
