@@ -278,10 +278,12 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
             self.turn(feed_override);
         }
         let wall = self.extend();
+        let side = self.inner.heading.side();
+        let behind = self.average.behind(side, &self.plan);
         let now = self
             .inner
-            .step(&self.window, wall, feed_override, &self.plan);
-        let speed = self.inner.heading.side() * self.inner.speed;
+            .step(&self.window, wall, behind, feed_override, &self.plan);
+        let speed = side * self.inner.speed;
         let phase = self.average.step(now, self.inner.s, speed, &self.plan);
         let end = self.average.end();
         Step {

@@ -57,6 +57,8 @@
     )
 )]
 
+#[cfg(feature = "trace")]
+extern crate std;
 pub mod feed;
 pub mod interpolator;
 pub mod knot;

@@ -27,6 +27,12 @@ impl<const M: usize> Average<M> {
         self.end
     }
 
+    /// The same if the unsmoothed motion has not gone against `side` (±1) in the last τ.
+    pub(super) fn behind<const N: usize>(&self, side: f64, plan: &Plan<N>) -> Option<f64> {
+        let mut last = self.last.iter().take(plan.averaged);
+        last.all(|step| side * step.v >= 0.0).then_some(self.end.p)
+    }
+
     /// Puts in one macrostep: the cubic that the mean makes of it.
     ///
     /// The mean of a piecewise constant acceleration over m steps changes linearly, by

@@ -4,6 +4,7 @@ use super::gauge::{Chord, Span};
 use super::limits::Plan;
 use super::window::Window;
 use crate::scalar::{larger, smaller};
+use core::ops::RangeInclusive;
 
 /// Part of every limit of acceleration that the envelope leaves to the steps: a macrostep does not end
 /// where a cell does, so a step may need a little more than the envelope on its way.
@@ -16,21 +17,26 @@ const STEPS_AT_WALL: f64 = 4.0;
 /// What holds in all samples that bear on a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
+    /// The least bound of |u|, and the greatest.
     pub(super) most_u: f64,
+    pub(super) loosest_u: f64,
     pub(super) most_x: f64,
     pub(super) coast_x: f64,
 }
 
 impl<const N: usize, const W: usize> Window<N, W> {
-    pub(super) fn bounds(&self, cell: usize) -> Bounds {
+    /// Of some samples.
+    pub(super) fn bounds(&self, range: RangeInclusive<usize>) -> Bounds {
         let mut out = Bounds {
             most_u: f64::INFINITY,
+            loosest_u: 0.0,
             most_x: f64::INFINITY,
             coast_x: f64::INFINITY,
         };
-        for i in self.range(cell) {
+        for i in range {
             if let Some(r) = self.get(i) {
                 out.most_u = smaller(out.most_u, r.allowed.most_u);
+                out.loosest_u = larger(out.loosest_u, r.allowed.most_u);
                 out.most_x = smaller(out.most_x, r.allowed.most_x);
                 out.coast_x = smaller(out.coast_x, r.allowed.coast_x);
             }
@@ -38,9 +44,15 @@ impl<const N: usize, const W: usize> Window<N, W> {
         out
     }
 
-    /// Cuts off what some sample that bears on the cell does not allow.
-    pub(super) fn clip(&self, cell: usize, chords: &[Chord; 2], limit: f64, span: &mut Span) {
-        for i in self.range(cell) {
+    /// Cuts off what some of these samples does not allow.
+    pub(super) fn clip(
+        &self,
+        range: RangeInclusive<usize>,
+        chords: &[Chord; 2],
+        limit: f64,
+        span: &mut Span,
+    ) {
+        for i in range {
             if let Some(r) = self.get(i) {
                 for chord in chords {
                     r.allowed.clip(chord, limit, span);
@@ -105,7 +117,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let fast = a.fast;
         let (near, far, side) = if forward { (a, b, 1.0) } else { (b, a, -1.0) };
         let (was, x) = (near.envelope, far.envelope);
-        let bounds = self.bounds(cell);
+        let bounds = self.bounds(self.range(cell));
         let two = 2.0 * length;
         let close = STEPS_AT_WALL * bounds.most_u * plan.step;
         let limit = 1.0
@@ -132,9 +144,9 @@ impl<const N: usize, const W: usize> Window<N, W> {
             low: larger(x - growth, 0.0),
             high: smaller(x + growth, bounds.most_x),
         };
-        self.clip(cell, &chords, limit, &mut span);
+        self.clip(self.range(cell), &chords, limit, &mut span);
         let (near_x, far_x) = if span.is_empty() {
-            let level = smaller(x, bounds.coast_x);
+            let level = smaller(x, bounds.coast_x * limit);
             (level, larger(level, far_was))
         } else {
             (span.high, x)

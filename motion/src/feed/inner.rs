@@ -1,9 +1,10 @@
 //! The unsmoothed motion: constant acceleration in each macrostep, below the envelope.
 
 use super::gauge::{Chord, Span};
-use super::limits::Plan;
+use super::limits::{Plan, count};
 use super::window::Window;
 use crate::scalar::{larger, smaller};
+use core::ops::RangeInclusive;
 
 /// Where it is going.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +51,14 @@ const SNAP: f64 = 1e-9;
 const REST: f64 = 1e-9;
 
 impl Inner {
+    /// `behind`: where the smoothed motion is, if the inner one has not turned in the last τ.
+    ///
     /// One macrostep with the largest acceleration that is allowed, or the one that leads to the target.
     pub(super) fn step<const N: usize, const W: usize>(
         &mut self,
         window: &Window<N, W>,
         wall: Wall,
+        behind: Option<f64>,
         feed_override: f64,
         plan: &Plan<N>,
     ) -> InnerStep {
@@ -72,12 +76,33 @@ impl Inner {
             return before;
         }
         let h = plan.step;
-        let bounds = window.bounds(self.cell);
-        let allowed = self.allowed(window, bounds.most_u, plan);
+        let range = self.bearing(window, behind, plan);
+        let bounds = window.bounds(range.clone());
+        let allowed = self.allowed(window, range, bounds.most_u, plan);
         let mut u = self.wanted(window, allowed.high, feed_override, plan);
         u = self.below_envelope(window, u, wall, plan);
         // such that the next macrostep can end at the wall exactly, at rest
         u = smaller(u, (room / h - 1.5 * self.speed) / h);
+        #[cfg(feature = "trace")]
+        if u < allowed.low - 1e-9 {
+            let e = window
+                .cell(self.cell)
+                .map(|(a, b)| (a.s, a.envelope, b.s, b.envelope, a.fast));
+            for c in self.cell.saturating_sub(1)..self.cell+2 { std::println!("   cell {c} range {:?} s {:?} first {:?}", window.range(c), window.get(c).map(|r|(r.s,r.envelope,r.fast)), window.get(c).map(|r|r.allowed.first)); }
+            std::println!(
+                "PINCH s {} v {} x {} u {} low {} high {} {:?} bounds {:?} range {:?} wall {:?}",
+                self.s,
+                self.speed,
+                self.speed * self.speed,
+                u,
+                allowed.low,
+                allowed.high,
+                e,
+                bounds,
+                (behind, plan.tau),
+                wall_s
+            );
+        }
         u = larger(u, allowed.low);
         u = larger(u, -self.speed / h);
         let mut after = self.speed + u * h;
@@ -97,10 +122,43 @@ impl Inner {
         }
     }
 
+    /// The samples that the smoothed motion can be at while this step's acceleration is in its mean.
+    ///
+    /// Turning at once with |u| ≤ U, the inner motion is at s\* + v·w − U·w²/2 after w; the mean of that
+    /// over w in \[h, h + τ\] may be behind s\*, and nothing that is averaged is farther behind than
+    /// that, or than the smoothed motion is now.
+    fn bearing<const N: usize, const W: usize>(
+        &self,
+        window: &Window<N, W>,
+        behind: Option<f64>,
+        plan: &Plan<N>,
+    ) -> RangeInclusive<usize> {
+        let all = window.range(self.cell);
+        let bounds = window.bounds(all.clone());
+        let (Some(behind), Some((a, b))) = (behind, window.cell(self.cell)) else {
+            return all;
+        };
+        let (h, tau) = (plan.step, plan.tau);
+        let squares = h * h + h * tau + tau * tau / 3.0;
+        let back = 0.5 * bounds.loosest_u * squares - self.speed * (h + 0.5 * tau);
+        let back = larger(back, 0.0);
+        match self.heading {
+            Heading::Forward => {
+                let cells = count(libm::ceil(larger(a.s - behind + back, 0.0) / plan.grid));
+                self.cell.saturating_sub(cells).max(*all.start())..=*all.end()
+            }
+            Heading::Backward => {
+                let cells = count(libm::ceil(larger(behind + back - b.s, 0.0) / plan.grid));
+                *all.start()..=(self.cell + 1).saturating_add(cells).min(*all.end())
+            }
+        }
+    }
+
     /// Accelerations along the heading that all samples bearing on this step allow.
     fn allowed<const N: usize, const W: usize>(
         &self,
         window: &Window<N, W>,
+        range: RangeInclusive<usize>,
         most_u: f64,
         plan: &Plan<N>,
     ) -> Span {
@@ -109,17 +167,16 @@ impl Inner {
             low: larger(-most_u, -v / h),
             high: most_u,
         };
-        let change = most_u * h;
         let u = [0.0, self.heading.side()];
         let chords = [
             Chord { u, x: [x, 0.0] },
-            // (v + u·h)² with the square of u·h at its largest
+            // (v + u·h)² is between x + 2·v·h·u and this chord through (0, x) and its value at most_u
             Chord {
                 u,
-                x: [x + change * change, 2.0 * v * h],
+                x: [x, h * (2.0 * v + most_u * h)],
             },
         ];
-        window.clip(self.cell, &chords, 1.0, &mut span);
+        window.clip(range, &chords, 1.0, &mut span);
         if span.is_empty() {
             let middle = 0.5 * (span.low + span.high);
             let middle = if middle.is_finite() { middle } else { 0.0 };
