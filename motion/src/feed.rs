@@ -13,8 +13,8 @@
 //! time-optimal path parameterization based on reachability analysis", 2018). Each step takes the largest u that stays below.
 //!
 //! What goes out is the mean of s\* over the last τ = m·h. The mean of a piecewise constant acceleration
-//! is continuous, its derivative (u_k − u_(k−m))/τ. While u_k is part of the mean, the mean is somewhere
-//! around: u_k is held to what all samples there allow, so the mean is allowed, too.
+//! is continuous, its derivative `(u_k − u_(k−m))/τ`. While u is part of the mean, the mean is somewhere
+//! around: u is held to what all samples there allow, so the mean is allowed, too.
 //! τ is 2·A/(0.7·J), the largest of all joints and the tool; 0.3·J is left for curvature.
 //!
 //! **Walls.** The motion never passes the end of a piece, nor what is known: while a stream of samples
@@ -25,6 +25,7 @@ mod average;
 mod envelope;
 mod gauge;
 mod inner;
+mod intake;
 mod limits;
 mod sample;
 mod window;
@@ -36,8 +37,8 @@ use crate::profile::{Phase, State};
 use crate::scalar::within;
 use average::Average;
 use inner::{Heading, Inner, Wall};
+use intake::Pending;
 use limits::Plan;
-use sample::{Allowed, Between};
 use window::Window;
 
 /// What the motion does.
@@ -109,12 +110,28 @@ pub struct Feed<const N: usize, const W: usize, const M: usize> {
     average: Average<M>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Pending<const N: usize> {
-    sample: Sample<N>,
-    /// In the cell before it.
-    between: Between<N>,
-    s: f64,
+/// Longest hold that [`Feed::stops_at`] looks at, in macrosteps.
+pub const MOST_HOLD_STEPS: usize = 1024;
+
+/// What a macrostep reads.
+struct Known<'a, const N: usize, const W: usize> {
+    window: &'a Window<N, W>,
+    plan: &'a Plan<N>,
+    wall: Wall,
+}
+
+impl<const N: usize, const W: usize> Known<'_, N, W> {
+    fn advance<const M: usize>(
+        &self,
+        inner: &mut Inner,
+        average: &mut Average<M>,
+        feed_override: f64,
+    ) -> Phase {
+        let side = inner.heading.side();
+        let behind = average.behind(side, self.plan);
+        let now = inner.step(self.window, self.wall, behind, feed_override, self.plan);
+        average.step(now, inner.s, side * inner.speed, self.plan)
+    }
 }
 
 impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
@@ -148,121 +165,6 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
         self.plan.tau
     }
 
-    /// How many samples will be taken now.
-    #[must_use]
-    pub fn room(&self) -> usize {
-        W - self.window.len() + self.droppable()
-    }
-
-    /// The smallest s to which the motion can go back.
-    #[must_use]
-    pub fn retained_from(&self) -> f64 {
-        self.window.get(0).map_or(0.0, |r| r.s)
-    }
-
-    /// Records that no step can need any more: not those that bear on the present cell, nor a quarter
-    /// of the window behind it, kept for going back; none while going back.
-    fn droppable(&self) -> usize {
-        match self.inner.heading {
-            Heading::Forward => self
-                .window
-                .range(self.inner.cell)
-                .start()
-                .saturating_sub(W / 4),
-            Heading::Backward => 0,
-        }
-    }
-
-    /// The next sample, at a grid step from the one before; the first of a piece at the end of the
-    /// piece before.
-    ///
-    /// # Errors
-    /// [`PushError`].
-    pub fn push(&mut self, sample: &Sample<N>) -> Result<(), PushError> {
-        self.accept(sample)?;
-        let Some(pending) = self.pending else {
-            Allowed::new(sample, &Between::NOTHING, &self.plan)?;
-            let s = self.next_s;
-            self.pending = Some(Pending {
-                sample: *sample,
-                between: Between::NOTHING,
-                s,
-            });
-            return Ok(());
-        };
-        let between = Between::new(&pending.sample, sample, self.plan.grid);
-        Allowed::new(sample, &between, &self.plan)?;
-        let allowed = Allowed::new(&pending.sample, &pending.between.or(&between), &self.plan)?;
-        self.put(pending.s, allowed, false);
-        let s = pending.s + self.plan.grid;
-        self.pending = Some(Pending {
-            sample: *sample,
-            between,
-            s,
-        });
-        Ok(())
-    }
-
-    /// The last sample of a piece, `fraction` ∈ (0, 1] of a grid step from the one before: the motion
-    /// comes to rest there. What is pushed next begins another piece at the same s.
-    ///
-    /// # Errors
-    /// [`PushError`].
-    pub fn end_piece(&mut self, sample: &Sample<N>, fraction: f64) -> Result<(), PushError> {
-        self.accept(sample)?;
-        if self.room() < 2 {
-            return Err(PushError::Full);
-        }
-        let Some(pending) = self.pending else {
-            return Err(PushError::Fraction);
-        };
-        if !(fraction > 0.0 && fraction <= 1.0) {
-            return Err(PushError::Fraction);
-        }
-        let length = fraction * self.plan.grid;
-        let between = Between::new(&pending.sample, sample, length);
-        let last = Allowed::new(sample, &between, &self.plan)?;
-        let allowed = Allowed::new(&pending.sample, &pending.between.or(&between), &self.plan)?;
-        self.put(pending.s, allowed, false);
-        self.next_s = pending.s + length;
-        self.put(self.next_s, last, true);
-        self.pending = None;
-        Ok(())
-    }
-
-    /// No more will come: where the last piece ends, the path does.
-    ///
-    /// # Errors
-    /// [`PushError::Finished`] inside a piece.
-    pub fn finish(&mut self) -> Result<(), PushError> {
-        if self.pending.is_some() {
-            return Err(PushError::Finished);
-        }
-        self.finished = true;
-        Ok(())
-    }
-
-    fn accept(&self, sample: &Sample<N>) -> Result<(), PushError> {
-        if self.finished {
-            return Err(PushError::Finished);
-        }
-        if self.room() == 0 {
-            return Err(PushError::Full);
-        }
-        sample.validate()
-    }
-
-    fn put(&mut self, s: f64, allowed: Allowed<N>, ends: bool) {
-        if self.window.len() == W && self.droppable() > 0 {
-            self.window.drop_oldest();
-            self.inner.cell -= 1;
-            self.first = self.first.saturating_sub(1);
-            self.front -= 1;
-        }
-        self.window.push(s, allowed, self.begins, ends);
-        self.begins = ends;
-    }
-
     /// One macrostep, with an override in \[−1, 1\] of the programmed feed.
     ///
     /// The speed asked for is the override times the programmed feed (where none is programmed, times
@@ -278,18 +180,48 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
             self.turn(feed_override);
         }
         let wall = self.extend();
-        let side = self.inner.heading.side();
-        let behind = self.average.behind(side, &self.plan);
-        let now = self
-            .inner
-            .step(&self.window, wall, behind, feed_override, &self.plan);
-        let speed = side * self.inner.speed;
-        let phase = self.average.step(now, self.inner.s, speed, &self.plan);
+        let known = Known {
+            window: &self.window,
+            plan: &self.plan,
+            wall,
+        };
+        let phase = known.advance(&mut self.inner, &mut self.average, feed_override);
         let end = self.average.end();
         Step {
             phase,
             end,
             status: self.status(&end, feed_override, wall),
+        }
+    }
+
+    /// Where on the path a feed hold would come to rest if it began with the next macrostep.
+    ///
+    /// Found by making the macrosteps of the inner motion, at most [`MOST_HOLD_STEPS`] of them; the
+    /// wall, if it is not at rest by then.
+    #[must_use]
+    pub fn stops_at(&self) -> f64 {
+        let wall = self.wall();
+        let known = Known {
+            window: &self.window,
+            plan: &self.plan,
+            wall,
+        };
+        let (mut inner, mut average) = (self.inner, self.average.clone());
+        for _ in 0..MOST_HOLD_STEPS {
+            if inner.speed <= 0.0 {
+                return inner.s;
+            }
+            known.advance(&mut inner, &mut average, 0.0);
+        }
+        self.window.get(wall.record).map_or(inner.s, |r| r.s)
+    }
+
+    fn wall(&self) -> Wall {
+        Wall {
+            record: match self.inner.heading {
+                Heading::Forward => self.front,
+                Heading::Backward => self.first,
+            },
         }
     }
 
@@ -352,7 +284,7 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// Moves the wall on as far as all samples beyond it are known that bear on the steps before it.
     fn extend(&mut self) -> Wall {
         if self.inner.heading == Heading::Backward {
-            return Wall { record: self.first };
+            return self.wall();
         }
         let known = self.front;
         for _ in 0..W {
@@ -366,7 +298,7 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
             let (cell, front) = (self.inner.cell, self.front);
             self.window.envelope_forward(cell, known, front, &self.plan);
         }
-        let wall = Wall { record: self.front };
+        let wall = self.wall();
         self.inner.find_cell(&self.window, wall);
         wall
     }
@@ -376,24 +308,25 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
         if !rests {
             return Status::Moving;
         }
-        let at_wall = self
-            .window
-            .get(wall.record)
-            .is_none_or(|r| self.inner.heading.side() * (r.s - self.inner.s) <= 0.0);
-        let last = self.pending.is_none() && wall.record + 1 >= self.window.len();
-        match self.inner.heading {
-            Heading::Forward if at_wall && last && self.finished => Status::Done,
-            _ if feed_override.abs() <= 0.0 => Status::Held,
-            Heading::Forward if feed_override < 0.0 => Status::Moving,
-            Heading::Backward if feed_override > 0.0 => Status::Moving,
-            Heading::Forward if at_wall && wall.record + 1 >= self.window.len() => Status::Waiting,
-            Heading::Forward
-                if at_wall && self.window.get(wall.record).is_some_and(|r| !r.ends) =>
-            {
-                Status::Waiting
-            }
-            Heading::Backward if at_wall && wall.record == 0 => Status::AtStart,
-            Heading::Forward | Heading::Backward => Status::Moving,
+        let (forward, side) = (
+            self.inner.heading == Heading::Forward,
+            self.inner.heading.side(),
+        );
+        let at = self.window.get(wall.record);
+        let at_wall = at.is_none_or(|r| side * (r.s - self.inner.s) <= 0.0);
+        // where the next piece, or the next sample of this one, is not known
+        let nothing = at.is_none_or(|r| !r.ends || self.window.cell(wall.record + 1).is_none());
+        let last = self.finished && wall.record + 1 >= self.window.len();
+        if forward && at_wall && last && nothing {
+            Status::Done
+        } else if feed_override.abs() <= 0.0 {
+            Status::Held
+        } else if forward && at_wall && nothing && feed_override > 0.0 {
+            Status::Waiting
+        } else if !forward && at_wall && wall.record == 0 && feed_override < 0.0 {
+            Status::AtStart
+        } else {
+            Status::Moving
         }
     }
 }

@@ -57,8 +57,6 @@
     )
 )]
 
-#[cfg(feature = "trace")]
-extern crate std;
 pub mod feed;
 pub mod interpolator;
 pub mod knot;

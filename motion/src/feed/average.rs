@@ -36,7 +36,7 @@ impl<const M: usize> Average<M> {
     /// Puts in one macrostep: the cubic that the mean makes of it.
     ///
     /// The mean of a piecewise constant acceleration over m steps changes linearly, by
-    /// (a_k − a_(k−m))/τ: jerk is constant in a macrostep and s a cubic. Sums are made anew each time,
+    /// `(a_k − a_(k−m))/τ`: jerk is constant in a macrostep and s a cubic. Sums are made anew each time,
     /// relative to the present position, so that rounding does not add up and rest is exact.
     pub(super) fn step<const N: usize>(
         &mut self,

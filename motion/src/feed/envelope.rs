@@ -145,8 +145,10 @@ impl<const N: usize, const W: usize> Window<N, W> {
             high: smaller(x + growth, bounds.most_x),
         };
         self.clip(self.range(cell), &chords, limit, &mut span);
-        let (near_x, far_x) = if span.is_empty() {
-            let level = smaller(x, bounds.coast_x * limit);
+        let coast_x = bounds.coast_x * limit;
+        let rises = plan.averaged > 0 && span.high < x && x > coast_x;
+        let (near_x, far_x) = if span.is_empty() || rises {
+            let level = smaller(x, coast_x);
             (level, larger(level, far_was))
         } else {
             (span.high, x)

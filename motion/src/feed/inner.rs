@@ -45,6 +45,8 @@ pub(super) struct Wall {
     pub(super) record: usize,
 }
 
+/// A step that ends this little after a sample ends at it, by rounding.
+const BARELY: f64 = 1.0 + 1e-12;
 /// Nearer than this part of a cell, at rest, is at the wall: some 1e7 roundings.
 const SNAP: f64 = 1e-9;
 /// Speeds below this part of what a step can change are rest.
@@ -83,26 +85,6 @@ impl Inner {
         u = self.below_envelope(window, u, wall, plan);
         // such that the next macrostep can end at the wall exactly, at rest
         u = smaller(u, (room / h - 1.5 * self.speed) / h);
-        #[cfg(feature = "trace")]
-        if u < allowed.low - 1e-9 {
-            let e = window
-                .cell(self.cell)
-                .map(|(a, b)| (a.s, a.envelope, b.s, b.envelope, a.fast));
-            for c in self.cell.saturating_sub(1)..self.cell+2 { std::println!("   cell {c} range {:?} s {:?} first {:?}", window.range(c), window.get(c).map(|r|(r.s,r.envelope,r.fast)), window.get(c).map(|r|r.allowed.first)); }
-            std::println!(
-                "PINCH s {} v {} x {} u {} low {} high {} {:?} bounds {:?} range {:?} wall {:?}",
-                self.s,
-                self.speed,
-                self.speed * self.speed,
-                u,
-                allowed.low,
-                allowed.high,
-                e,
-                bounds,
-                (behind, plan.tau),
-                wall_s
-            );
-        }
         u = larger(u, allowed.low);
         u = larger(u, -self.speed / h);
         let mut after = self.speed + u * h;
@@ -235,10 +217,13 @@ impl Inner {
             let (near, far) = if side > 0.0 { (a, b) } else { (b, a) };
             let (from, to) = (side * (near.s - self.s), side * (far.s - self.s));
             let way = |u: f64| h * (v + 0.5 * u * h);
-            if way(u) > to && to > 0.0 {
-                u = smaller(u, (far.envelope - x) / (2.0 * to));
+            if way(u) > to * BARELY && to > 0.0 {
+                let passing = (far.envelope - x) / (2.0 * to);
+                // what does not get to the sample need not be below the envelope there
+                let ending = 2.0 * (to - v * h) / (h * h);
+                u = smaller(u, larger(passing, ending));
             }
-            if way(u) <= to {
+            if way(u) <= to * BARELY {
                 // at the end: (v + u·h)² ≤ X + slope·(way − from)
                 let slope = (far.envelope - near.envelope) / (to - from);
                 let linear = 2.0 * v * h - 0.5 * slope * h * h;
