@@ -15,7 +15,7 @@
 //! What goes out is the mean of s\* over the last τ = m·h. The mean of a piecewise constant acceleration
 //! is continuous, its derivative `(u_k − u_(k−m))/τ`. While u is part of the mean, the mean is somewhere
 //! around: u is held to what all samples there allow, so the mean is allowed, too.
-//! τ is 2·A/(0.7·J), the largest of all joints and the tool; 0.3·J is left for curvature.
+//! τ is 2·A/(0.65·J), the largest of all joints and the tool; 0.35·J is left for curvature.
 //!
 //! **Walls.** The motion never passes the end of a piece, nor what is known: while a stream of samples
 //! is late, it slows down and stops, and goes on when more have come. At the end of a piece it comes to

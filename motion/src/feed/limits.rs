@@ -55,7 +55,7 @@ impl core::error::Error for FeedError {}
 pub const LEAST_SAMPLES: usize = 16;
 /// Share of every jerk limit for q'·j; the rest is for 3·q''·v·a + q'''·v³. A larger share shortens the
 /// smoothing, τ = 2·A/(share·J), and with it every stop; a smaller one lets curves be run faster.
-pub(super) const RAMP_SHARE: f64 = 0.7;
+pub(super) const RAMP_SHARE: f64 = 0.65;
 /// Part of that rest which q'''·v³ alone may take: what it leaves is for 3·q''·v·a.
 pub(super) const CUBIC_SHARE: f64 = 0.5;
 /// Kept below every limit: rounding in sums of some hundred terms is below 1e-12.
