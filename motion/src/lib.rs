@@ -10,6 +10,7 @@
 //! | [`path`] | tool paths with exact derivatives: lines, arcs, blended corners, curves through points |
 //! | [`profile`] | time-optimal jerk-limited motion between any states, and its checker |
 //! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
+//! | [`feed`] | jerk-limited speed along a path, from a stream of samples of its derivatives |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
 //! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |
 //!
@@ -58,6 +59,7 @@
     )
 )]
 
+pub mod feed;
 pub mod interpolator;
 pub mod knot;
 pub mod line;
