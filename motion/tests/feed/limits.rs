@@ -114,7 +114,7 @@ fn on_a_circle_the_speed_is_what_the_centripetal_limit_allows() {
         sines: vec![[radius, 1.0 / radius, phase]],
         ..Wave::default()
     };
-    let path = Path::of_joints([wave(0.0), wave(1.570_796_326_794_896_6)]);
+    let path = Path::of_joints([wave(0.0), wave(core::f64::consts::FRAC_PI_2)]);
     let course = Course {
         length: 4.0,
         grid: 0.004,
