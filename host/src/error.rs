@@ -8,7 +8,7 @@ use protocol::fault::{Fault, Refusal};
 use std::io;
 use std::path::{Path, PathBuf};
 
-mod text;
+pub(crate) mod text;
 
 pub use process::exit;
 pub use text::{fault_text, refusal_text};

@@ -6,8 +6,10 @@
 //! |---|---|
 //! | [`pose`] | the pose of one frame in another, rotation vectors |
 //! | [`mod@line`] | the straight line between two poses, turning about one axis |
+//! | [`twist`] | the derivative of a pose |
+//! | [`path`] | tool paths with exact derivatives: lines, arcs, blended corners, curves through points |
 //! | [`profile`] | time-optimal jerk-limited motion between any states, and its checker |
-//! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
+//! | [`feed`] | jerk-limited speed along a path, from a stream of samples of its derivatives |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
 //! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |
 //!
@@ -56,19 +58,21 @@
     )
 )]
 
+pub mod feed;
 pub mod interpolator;
 pub mod knot;
 pub mod line;
-pub mod path_profile;
+pub mod path;
 mod polynomial;
 pub mod pose;
 pub mod profile;
 pub mod ramp;
 mod scalar;
+pub mod twist;
 
 pub use interpolator::{Interpolator, Output, Status};
 pub use knot::{AxisEnvelope, Knot, Setpoint};
-pub use line::{Line, Twist};
-pub use path_profile::PathScan;
+pub use line::Line;
 pub use pose::Pose;
 pub use profile::AxisLimits;
+pub use twist::Twist;

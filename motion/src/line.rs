@@ -1,32 +1,7 @@
 //! A straight line between two poses, turning about one fixed axis.
 
 use crate::pose::{Pose, exp, log};
-use nalgebra::Vector3;
-
-/// How a pose changes per unit of some parameter, both parts in the base frame.
-///
-/// With the parameter of a [`Line`] (dimensionless) the units are m and rad; with time, m/s and rad/s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Twist {
-    /// Derivative of the origin's position, m per unit.
-    pub linear: Vector3<f64>,
-    /// Angular velocity, rad per unit.
-    pub angular: Vector3<f64>,
-}
-
-impl Twist {
-    /// |linear|, m per unit.
-    #[must_use]
-    pub fn linear_norm(&self) -> f64 {
-        libm::sqrt(self.linear.dot(&self.linear))
-    }
-
-    /// |angular|, rad per unit.
-    #[must_use]
-    pub fn angular_norm(&self) -> f64 {
-        libm::sqrt(self.angular.dot(&self.angular))
-    }
-}
+pub use crate::twist::Twist;
 
 /// The straight line from one pose to another with the orientation on the shortest arc (slerp).
 ///
@@ -117,7 +92,7 @@ impl Line {
 #[cfg(test)]
 mod test {
     use super::*;
-    use nalgebra::Matrix3;
+    use nalgebra::{Matrix3, Vector3};
     use proptest::prelude::*;
 
     fn pose() -> impl Strategy<Value = Pose> {

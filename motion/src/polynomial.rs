@@ -14,6 +14,12 @@ pub(crate) fn evaluate(c: &Coefficients, u: f64) -> [f64; 3] {
     ]
 }
 
+/// The third derivative at u.
+pub(crate) fn third(c: &Coefficients, u: f64) -> f64 {
+    let [_, _, _, c3, c4, c5] = *c;
+    6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)
+}
+
 /// The quintic through positions, velocities and accelerations at both ends (per unit of u).
 pub(crate) fn quintic([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3]) -> Coefficients {
     let d = p1 - p0;

@@ -14,7 +14,7 @@
 //! ```
 
 use crate::message::{
-    Command, DemandTrace, Event, Feedback, MAX_NAME, Reply, Request, StopAll, TimeSync,
+    Command, DemandTrace, Event, Feedback, MAX_NAME, PATH_BATCH, Reply, Request, StopAll, TimeSync,
 };
 use crate::transfer::{MAX_PADDING, MAX_TRANSFER};
 use crate::units::MAX_AXES;
@@ -54,6 +54,8 @@ const REFUSAL: usize = TAG + BYTE + TAG + 2 * F64;
 const AXIS_MOVE: usize = per_axis(F64) + BYTE + 2 * per_axis(F32);
 const POSE_MOVE: usize = POSE + 2 * TAG + 4 * F32;
 const INSTRUCTION: usize = TAG + greater(AXIS_MOVE, POSE_MOVE);
+/// An arc is the longest element: a point, a pose, two tolerances.
+const PATH: usize = BYTE + PATH_BATCH * (TAG + 3 * F64 + POSE + 2 * F32);
 const IDENTITY: usize = (BYTE + MAX_NAME)
     + U64 // unique id
     + 2 // protocol
@@ -102,7 +104,7 @@ impl Payload for TimeSync {
 }
 impl Payload for Request {
     const NAME: &'static str = "Request";
-    const MAX: usize = TAG + U32 + greater(U32 + U64 + INSTRUCTION, POSE);
+    const MAX: usize = TAG + U32 + greater(U32 + U64 + INSTRUCTION, U32 + PATH);
 }
 impl Payload for Reply {
     const NAME: &'static str = "Reply";

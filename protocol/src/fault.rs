@@ -273,6 +273,28 @@ pub enum Refusal {
     UnknownServoLaw,
     /// The instruction was ended by a stop or a fault before it was complete.
     Aborted,
+    /// An element of a path cannot be part of it.
+    Path {
+        /// Its number, from 0.
+        element: u32,
+        /// Why.
+        problem: PathProblem,
+    },
+}
+
+/// What can be wrong with an element of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PathProblem {
+    /// A number of it is NaN, infinite, or far too large.
+    NotFinite,
+    /// It goes nowhere.
+    NoLength,
+    /// The three points of an arc lie on a line, or two of them coincide.
+    NotAnArc,
+    /// The tool turns by more than a radian from one point to the next.
+    TurnTooLarge,
+    /// A tolerance is negative, or the corner cannot be rounded within it.
+    Corner,
 }
 
 // schema: end

@@ -165,6 +165,45 @@ pub enum WireCondition {
     },
 }
 
+/// How far a path may pass by a corner: the corner is rounded within both tolerances.
+///
+/// A zero in either: the tool goes to the corner and rests there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Corner {
+    /// Distance of the tool's origin from the corner's path, m.
+    pub metres: f32,
+    /// Deviation of the orientation, rad.
+    pub radians: f32,
+}
+
+/// An element of a path that is streamed to a node; it begins where the one before ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum PathElement {
+    /// A point that a smooth curve goes through, as do the points before and after it.
+    Through(PoseMessage),
+    /// A straight line; the orientation takes the shortest way.
+    Line {
+        /// Where it ends.
+        to: PoseMessage,
+        /// The corner it begins with.
+        corner: Corner,
+    },
+    /// A circular arc; the orientation takes the shortest way.
+    Arc {
+        /// A point on the way, m.
+        via_m: [f64; 3],
+        /// Where it ends.
+        to: PoseMessage,
+        /// The corner it begins with.
+        corner: Corner,
+    },
+    /// Nothing more comes: the path ends where it is.
+    End,
+}
+
+/// Elements in one [`Request::Path`].
+pub const PATH_BATCH: usize = 4;
+
 /// The instruction library of the ECP: what a coordinator can ask a node to do by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Instruction {
@@ -217,6 +256,11 @@ pub enum Instruction {
         program: u16,
         /// Its argument.
         argument: f64,
+    },
+    /// Follow the path that is streamed by [`Request::Path`], from where the tool is.
+    FollowPath {
+        /// How fast at most; what the joints cannot follow is slowed down.
+        speeds: PoseSpeeds,
     },
 }
 
@@ -324,6 +368,25 @@ pub enum Request {
         /// n
         every: u16,
     },
+    /// More of the path of the running [`Instruction::FollowPath`]; answered by [`Reply::Path`].
+    ///
+    /// Elements that are known already are skipped, elements beyond a gap or without room are left: the
+    /// answer says which is wanted next.
+    Path {
+        /// The epoch of the lease.
+        epoch: u32,
+        /// Number of the first element, counted from 0 in each instruction.
+        first: u32,
+        /// The elements.
+        elements: heapless::Vec<PathElement, PATH_BATCH>,
+    },
+    /// The feed rate on a path, as a share of the programmed one, from the next macrostep on.
+    FeedOverride {
+        /// The epoch of the lease.
+        epoch: u32,
+        /// From -1 (back along the path) over 0 (feed hold) to 1.
+        share: f32,
+    },
 }
 
 /// The longest robot name, bytes.
@@ -366,6 +429,13 @@ pub enum Reply {
     Identity(Identity),
     /// Refused; nothing changed.
     Refused(Refusal),
+    /// To [`Request::Path`].
+    Path {
+        /// Number of the element wanted next.
+        next: u32,
+        /// How many are welcome now.
+        room: u16,
+    },
 }
 
 /// How far the latest instruction is.

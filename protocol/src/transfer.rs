@@ -26,7 +26,7 @@ use crate::id::CanId;
 ///
 /// The longest message is [`crate::message::Feedback`] at 222, plus 3 bytes of protection, plus at
 /// most 15 bytes of padding (see the assertions in [`crate::codec`]).
-pub const MAX_TRANSFER: usize = 256;
+pub const MAX_TRANSFER: usize = 384;
 
 /// The most padding that CAN FD can need, bytes: from 33 to 48 or from 49 to 64.
 pub const MAX_PADDING: usize = 15;

@@ -1,6 +1,6 @@
 //! What nodes say, in words.
 
-use protocol::fault::{Fault, Refusal};
+use protocol::fault::{Fault, PathProblem, Refusal};
 
 /// A fault in one line; axes are counted from 1 for people.
 #[must_use]
@@ -75,5 +75,21 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         }
         Refusal::UnknownServoLaw => "the node does not have this servo law".into(),
         Refusal::Aborted => "ended by a stop or a fault before it was complete".into(),
+        Refusal::Path { element, problem } => {
+            format!("element {element} of the path: {}", path_problem(*problem))
+        }
+    }
+}
+
+/// What is wrong with an element of a path.
+pub(crate) fn path_problem(problem: PathProblem) -> &'static str {
+    match problem {
+        PathProblem::NotFinite => "a number of it is not finite, or far too large",
+        PathProblem::NoLength => "it goes nowhere",
+        PathProblem::NotAnArc => "no arc goes through its three points",
+        PathProblem::TurnTooLarge => {
+            "it turns the tool by more than a radian from the point before"
+        }
+        PathProblem::Corner => "its corner cannot be rounded within the tolerance",
     }
 }

@@ -2,7 +2,9 @@
 
 use super::failure::Failure;
 use motion::Pose;
-use protocol::message::{Decision, Instruction, KnotMessage, ServoLaw, StopKind};
+use protocol::message::{
+    Decision, Instruction, KnotMessage, PATH_BATCH, PathElement, ServoLaw, StopKind,
+};
 use protocol::time::Micros;
 
 /// What one robot is told.
@@ -50,6 +52,15 @@ pub enum RobotCommand {
     SetTool(Pose),
     /// Publish the demand every n-th servo step; 0 = never.
     Trace(u16),
+    /// More of the path of the running `FollowPath`.
+    Path {
+        /// Number of the first element.
+        first: u32,
+        /// The elements.
+        elements: heapless::Vec<PathElement, PATH_BATCH>,
+    },
+    /// The feed rate on a path, as a share of the programmed one: -1 to 1.
+    FeedOverride(f32),
 }
 
 /// `yC_0`: at most one command per robot.

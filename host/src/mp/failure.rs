@@ -54,6 +54,10 @@ pub enum Asked {
     SetTool,
     /// A trace.
     Trace,
+    /// More of a path.
+    Path,
+    /// The feed rate.
+    FeedOverride,
 }
 
 impl fmt::Display for Asked {

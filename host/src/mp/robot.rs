@@ -70,6 +70,15 @@ pub enum Request {
     },
 }
 
+/// What a node wants of the path that is streamed to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathWanted {
+    /// Number of the element wanted next.
+    pub next: u32,
+    /// How many were welcome when it said so.
+    pub room: u16,
+}
+
 /// The image of one robot.
 #[derive(Clone, Debug)]
 pub struct Image {
@@ -87,6 +96,7 @@ pub struct Image {
     pub(super) drives_ready: u8,
     pub(super) heard_at: Option<Micros>,
     pub(super) lease_lost: Option<u32>,
+    pub(super) path: Option<PathWanted>,
 }
 
 impl Image {
@@ -106,7 +116,14 @@ impl Image {
             drives_ready: 0,
             heard_at: None,
             lease_lost: None,
+            path: None,
         }
+    }
+
+    /// What the node wants of the path of the running instruction; nothing before its first answer.
+    #[must_use]
+    pub const fn path(&self) -> Option<PathWanted> {
+        self.path
     }
 
     /// Its configuration.

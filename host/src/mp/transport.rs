@@ -3,7 +3,7 @@
 use super::command::RobotCommand;
 use super::config::{Timing, ms};
 use super::failure::Asked;
-use super::robot::{Image, Link, Request as State};
+use super::robot::{Image, Link, PathWanted, Request as State};
 use protocol::fault::Refusal;
 use protocol::frame::Frame;
 use protocol::id::NodeId;
@@ -54,6 +54,8 @@ const fn asked(request: &Request) -> Asked {
         Request::SelectServo { .. } => Asked::SelectServo,
         Request::SetTool { .. } => Asked::SetTool,
         Request::Trace { .. } => Asked::Trace,
+        Request::Path { .. } => Asked::Path,
+        Request::FeedOverride { .. } => Asked::FeedOverride,
     }
 }
 
@@ -138,6 +140,12 @@ impl Transport {
                 },
             },
             RobotCommand::Trace(every) => Request::Trace { epoch, every },
+            RobotCommand::Path { first, elements } => Request::Path {
+                epoch,
+                first,
+                elements,
+            },
+            RobotCommand::FeedOverride(share) => Request::FeedOverride { epoch, share },
         };
         image.request = State::Pending {
             asked: asked(&request),
@@ -152,6 +160,7 @@ impl Transport {
         start_at: Micros,
     ) -> Request {
         image.issued = image.issued.saturating_add(1);
+        image.path = None;
         Request::Execute {
             epoch,
             id: image.issued,
@@ -214,6 +223,10 @@ impl Transport {
             Reply::Lease { epoch } => {
                 image.lease(epoch, now);
                 self.sequence = 0;
+                State::Accepted { asked }
+            }
+            Reply::Path { next, room } => {
+                image.path = Some(PathWanted { next, room });
                 State::Accepted { asked }
             }
             Reply::Accepted => {

@@ -5,8 +5,9 @@ use proptest::prelude::*;
 use protocol::codec::{DecodeError, MAX_MESSAGE, Payload, decode, decode_padded, encode};
 use protocol::fault::{Cause, Fault, Quantity, Refusal};
 use protocol::message::{
-    Command, Coordination, DemandTrace, Event, Feedback, Identity, Instruction, KnotMessage,
-    NodeState, Progress, Reply, Request, Space, StopAll, TimeSync,
+    Command, Coordination, Corner, DemandTrace, Event, Feedback, Identity, Instruction,
+    KnotMessage, NodeState, PATH_BATCH, PathElement, PoseMessage, Progress, Reply, Request, Space,
+    StopAll, TimeSync,
 };
 use protocol::time::Micros;
 use std::collections::BTreeSet;
@@ -215,20 +216,23 @@ fn the_greatest_sizes_are_reached() {
         previous_sent_at: Micros(u64::MAX),
     };
     assert_eq!(bytes(&sync).len(), TimeSync::MAX);
-    let execute = Request::Execute {
-        epoch: u32::MAX,
-        id: u32::MAX,
-        start_at: Micros(u64::MAX),
-        instruction: Instruction::MoveJoints {
-            target: full(1.0),
-            relative: true,
-            speeds: protocol::message::AxisSpeeds {
-                velocity: full(1.0),
-                acceleration: full(1.0),
-            },
+    let arc = PathElement::Arc {
+        via_m: [1.0; 3],
+        to: PoseMessage {
+            position_m: [1.0; 3],
+            rotation_rad: [1.0; 3],
+        },
+        corner: Corner {
+            metres: 1.0,
+            radians: 1.0,
         },
     };
-    assert_eq!(bytes(&execute).len(), Request::MAX);
+    let path = Request::Path {
+        epoch: u32::MAX,
+        first: u32::MAX,
+        elements: [arc; PATH_BATCH].into_iter().collect(),
+    };
+    assert_eq!(bytes(&path).len(), Request::MAX);
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! One value of every variant of every message.
 
-use protocol::fault::{Cause, Fault, Quantity, Refusal};
+use protocol::fault::{Cause, Fault, PathProblem, Quantity, Refusal};
 use protocol::message::{
-    AxisSpeeds, Command, Coordination, Decision, DemandTrace, Event, Feedback, HomingPhase,
-    Identity, Instruction, KnotMessage, NodeState, PoseMessage, PosePath, PoseReference,
-    PoseSpeeds, Progress, Reply, Request, ServoLaw, Space, StopAll, StopKind, TimeSync,
-    WireCondition,
+    AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, Event, Feedback, HomingPhase,
+    Identity, Instruction, KnotMessage, NodeState, PathElement, PoseMessage, PosePath,
+    PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space, StopAll, StopKind,
+    TimeSync, WireCondition,
 };
 use protocol::time::Micros;
 
@@ -271,6 +271,37 @@ pub(super) fn instructions() -> Named<Instruction> {
                 argument: -1.5,
             },
         ),
+        (
+            "follow-path",
+            Instruction::FollowPath {
+                speeds: PoseSpeeds {
+                    velocity_m_s: 0.125,
+                    angular_velocity_rad_s: 1.5,
+                    acceleration_m_s2: 0.5,
+                    angular_acceleration_rad_s2: 4.0,
+                },
+            },
+        ),
+    ]
+}
+
+fn path_elements() -> Named<PathElement> {
+    let corner = Corner {
+        metres: 0.0009765625,
+        radians: 0.125,
+    };
+    vec![
+        ("path-through", PathElement::Through(pose())),
+        ("path-line", PathElement::Line { to: pose(), corner }),
+        (
+            "path-arc",
+            PathElement::Arc {
+                via_m: [0.25, 0.5, -0.75],
+                to: pose(),
+                corner,
+            },
+        ),
+        ("path-end", PathElement::End),
     ]
 }
 
@@ -328,6 +359,31 @@ pub(super) fn requests() -> Named<Request> {
         ),
         ("trace", Request::Trace { epoch, every: 10 }),
     ];
+    requests.push((
+        "feed-override",
+        Request::FeedOverride {
+            epoch,
+            share: -0.25,
+        },
+    ));
+    for (name, element) in path_elements() {
+        requests.push((
+            name,
+            Request::Path {
+                epoch,
+                first: 300,
+                elements: [element].into_iter().collect(),
+            },
+        ));
+    }
+    requests.push((
+        "path-full",
+        Request::Path {
+            epoch,
+            first: 300,
+            elements: path_elements().into_iter().map(|(_, e)| e).collect(),
+        },
+    ));
     for (name, instruction) in instructions() {
         let start_at = Micros(1_000_000);
         requests.push((
@@ -402,6 +458,13 @@ pub(super) fn refusals() -> Named<Refusal> {
         ("unknown-program", Refusal::UnknownProgram { program: 999 }),
         ("unknown-servo-law", Refusal::UnknownServoLaw),
         ("aborted", Refusal::Aborted),
+        (
+            "path",
+            Refusal::Path {
+                element: 70_000,
+                problem: PathProblem::NotAnArc,
+            },
+        ),
     ]
 }
 
@@ -410,6 +473,13 @@ pub(super) fn replies() -> Named<Reply> {
         ("accepted", Reply::Accepted),
         ("lease", Reply::Lease { epoch: 77 }),
         ("identity", Reply::Identity(identity())),
+        (
+            "path",
+            Reply::Path {
+                next: 70_001,
+                room: 12,
+            },
+        ),
     ];
     replies.extend(
         refusals()

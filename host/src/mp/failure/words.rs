@@ -1,6 +1,7 @@
 //! Failures in words, one line each.
 
 use super::{Awaited, Failure, Who};
+use crate::error::text::path_problem;
 use core::fmt;
 use protocol::fault::{Fault, Refusal};
 
@@ -200,6 +201,13 @@ impl fmt::Display for Shown<'_> {
             }
             Refusal::UnknownServoLaw => f.write_str("unknown servo law"),
             Refusal::Aborted => f.write_str("ended by a stop or a fault"),
+            Refusal::Path { element, problem } => {
+                write!(
+                    f,
+                    "element {element} of the path: {}",
+                    path_problem(problem)
+                )
+            }
         }
     }
 }

@@ -94,6 +94,7 @@ pub(super) fn walk(
         }
         Instruction::Hold { .. }
         | Instruction::Follow
+        | Instruction::FollowPath { .. }
         | Instruction::Wait { .. }
         | Instruction::Program { .. } => Ok(Segment::None),
     }

@@ -1,0 +1,169 @@
+//! The greatest speed from which every wall ahead can still be respected.
+
+use super::gauge::{Chord, Span};
+use super::limits::Plan;
+use super::window::Window;
+use crate::scalar::{larger, smaller};
+use core::ops::RangeInclusive;
+
+/// Part of every limit of acceleration that the envelope leaves to the steps: a macrostep does not end
+/// where a cell does, so a step may need a little more than the envelope on its way.
+const RESERVE: f64 = 0.01;
+/// The same before a wall: two macrosteps that end there exactly need up to 9/8 of the mean, and the
+/// samples that bear on a step change the more from cell to cell, the slower it is.
+const RESERVE_AT_WALL: f64 = 0.2;
+/// How many macrosteps before the wall that is kept.
+const STEPS_AT_WALL: f64 = 4.0;
+
+/// What holds in all samples that bear on a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// The least bound of |u|, and the greatest.
+    pub(super) most_u: f64,
+    pub(super) loosest_u: f64,
+    pub(super) most_x: f64,
+    pub(super) coast_x: f64,
+}
+
+impl<const N: usize, const W: usize> Window<N, W> {
+    /// Of some samples.
+    pub(super) fn bounds(&self, range: RangeInclusive<usize>) -> Bounds {
+        let mut out = Bounds {
+            most_u: f64::INFINITY,
+            loosest_u: 0.0,
+            most_x: f64::INFINITY,
+            coast_x: f64::INFINITY,
+        };
+        for i in range {
+            if let Some(r) = self.get(i) {
+                out.most_u = smaller(out.most_u, r.allowed.most_u);
+                out.loosest_u = larger(out.loosest_u, r.allowed.most_u);
+                out.most_x = smaller(out.most_x, r.allowed.most_x);
+                out.coast_x = smaller(out.coast_x, r.allowed.coast_x);
+            }
+        }
+        out
+    }
+
+    /// Cuts off what some of these samples does not allow.
+    pub(super) fn clip(
+        &self,
+        range: RangeInclusive<usize>,
+        chords: &[Chord; 2],
+        limit: f64,
+        span: &mut Span,
+    ) {
+        for i in range {
+            if let Some(r) = self.get(i) {
+                for chord in chords {
+                    r.allowed.clip(chord, limit, span);
+                }
+            }
+        }
+    }
+
+    /// The envelope for motion towards larger s, from the wall at `front` back to the cell `at`.
+    ///
+    /// Cells before `known` had an envelope; it only grows, and where it does not, the pass is over.
+    pub(super) fn envelope_forward(
+        &mut self,
+        at: usize,
+        known: usize,
+        front: usize,
+        plan: &Plan<N>,
+    ) {
+        let mut far_was = 0.0;
+        for cell in (at..front).rev() {
+            let was = self.get(cell).map_or(0.0, |r| r.envelope);
+            self.survey(cell, plan);
+            self.envelope_of(cell, true, far_was, plan);
+            let is = self.get(cell).map_or(0.0, |r| r.envelope);
+            if cell < known && is <= was {
+                break;
+            }
+            far_was = was;
+        }
+    }
+
+    /// The same towards smaller s, from the wall at `first` to the cell `at`, all anew.
+    pub(super) fn envelope_backward(&mut self, first: usize, at: usize, plan: &Plan<N>) {
+        for cell in first..=at {
+            self.survey(cell, plan);
+            self.envelope_of(cell, false, 0.0, plan);
+        }
+    }
+
+    /// Forgets the envelope of some records.
+    pub(super) fn clear_envelope(&mut self, first: usize, last: usize) {
+        for i in first..=last {
+            if let Some(r) = self.get_mut(i) {
+                r.envelope = 0.0;
+            }
+        }
+    }
+
+    /// From the envelope at the far end of a cell to that at its near end.
+    ///
+    /// The largest t = ṡ² at the near end such that the chord from it to X at the far end has an
+    /// acceleration u = (X − t)/2δ that all samples bearing on the cell allow, for ṡ² from one
+    /// macrostep before the near end to one after the far one. Because what is allowed is convex and contains
+    /// (0, 0), slower motion is allowed with the same chord scaled; and the mean of the accelerations of
+    /// several cells, which is what a macrostep across them needs, is allowed too.
+    /// Where no chord is allowed, the envelope is level, at what may coast.
+    fn envelope_of(&mut self, cell: usize, forward: bool, far_was: f64, plan: &Plan<N>) {
+        let Some((a, b)) = self.cell(cell) else {
+            return;
+        };
+        let length = b.s - a.s;
+        let fast = a.fast;
+        let (near, far, side) = if forward { (a, b, 1.0) } else { (b, a, -1.0) };
+        let (was, x) = (near.envelope, far.envelope);
+        let bounds = self.bounds(self.range(cell));
+        let two = 2.0 * length;
+        let close = STEPS_AT_WALL * bounds.most_u * plan.step;
+        let limit = 1.0
+            - if x < close * close {
+                RESERVE_AT_WALL
+            } else {
+                RESERVE
+            };
+        let growth = two * bounds.most_u * limit;
+        let v = smaller(fast, libm::sqrt(x + growth));
+        let step = v * plan.step / length;
+        let u = [side * x / two, -side / two];
+        let chords = [
+            Chord {
+                u,
+                x: [-step * x, 1.0 + step],
+            },
+            Chord {
+                u,
+                x: [(1.0 + step) * x, -step],
+            },
+        ];
+        let mut span = Span {
+            low: larger(x - growth, 0.0),
+            high: smaller(x + growth, bounds.most_x),
+        };
+        self.clip(self.range(cell), &chords, limit, &mut span);
+        let coast_x = bounds.coast_x * limit;
+        let rises = plan.averaged > 0 && span.high < x && x > coast_x;
+        let (near_x, far_x) = if span.is_empty() || rises {
+            let level = smaller(x, coast_x);
+            (level, larger(level, far_was))
+        } else {
+            (span.high, x)
+        };
+        let (near, far) = if forward {
+            (cell, cell + 1)
+        } else {
+            (cell + 1, cell)
+        };
+        if let Some(r) = self.get_mut(near) {
+            r.envelope = larger(near_x, was);
+        }
+        if let Some(r) = self.get_mut(far) {
+            r.envelope = far_x;
+        }
+    }
+}

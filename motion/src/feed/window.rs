@@ -1,0 +1,216 @@
+//! The samples known at present, and how far a step taken at one of them reaches.
+
+use super::limits::{Plan, count};
+use super::sample::Allowed;
+use crate::scalar::{larger, smaller};
+
+/// A sample in the window. The cell of a record lies between it and the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Record<const N: usize> {
+    /// Where on the path.
+    pub(super) s: f64,
+    pub(super) allowed: Allowed<N>,
+    /// First or last sample of a piece: the motion rests here.
+    pub(super) begins: bool,
+    pub(super) ends: bool,
+    /// Bound of ṡ² that no motion within the limits exceeds here, whatever it did before and does after.
+    reach: f64,
+    /// The same of ṡ inside the cell.
+    pub(super) fast: f64,
+    /// Largest ṡ² from which the wall ahead can be respected; of the present heading.
+    pub(super) envelope: f64,
+    /// Samples before and after the cell that bear on a step taken in it.
+    before: u16,
+    after: u16,
+}
+
+/// At most W records; indices count from the oldest.
+#[derive(Clone, Debug)]
+pub(super) struct Window<const N: usize, const W: usize> {
+    slots: [Option<Record<N>>; W],
+    head: usize,
+    len: usize,
+}
+
+impl<const N: usize, const W: usize> Window<N, W> {
+    pub(super) fn new() -> Self {
+        Self {
+            slots: [None; W],
+            head: 0,
+            len: 0,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    fn slot(&self, i: usize) -> usize {
+        let slot = self.head + i;
+        if slot < W { slot } else { slot - W }
+    }
+
+    pub(super) fn get(&self, i: usize) -> Option<&Record<N>> {
+        if i >= self.len {
+            return None;
+        }
+        self.slots.get(self.slot(i))?.as_ref()
+    }
+
+    pub(super) fn get_mut(&mut self, i: usize) -> Option<&mut Record<N>> {
+        if i >= self.len {
+            return None;
+        }
+        let slot = self.slot(i);
+        self.slots.get_mut(slot)?.as_mut()
+    }
+
+    /// Both records of a cell.
+    pub(super) fn cell(&self, i: usize) -> Option<(&Record<N>, &Record<N>)> {
+        Some((self.get(i)?, self.get(i + 1)?))
+    }
+
+    pub(super) fn drop_oldest(&mut self) {
+        if self.len > 0 {
+            self.head = self.slot(1);
+            self.len -= 1;
+        }
+    }
+
+    /// Appends a sample; nothing when full, which the caller excludes.
+    pub(super) fn push(&mut self, s: f64, allowed: Allowed<N>, begins: bool, ends: bool) {
+        if self.len >= W {
+            return;
+        }
+        let record = Record {
+            s,
+            reach: if begins || ends { 0.0 } else { allowed.most_x },
+            allowed,
+            begins,
+            ends,
+            fast: 0.0,
+            envelope: 0.0,
+            before: 0,
+            after: 0,
+        };
+        let slot = self.slot(self.len);
+        if let Some(free) = self.slots.get_mut(slot) {
+            *free = Some(record);
+            self.len += 1;
+        }
+        if !begins {
+            self.bound(self.len - 1);
+        }
+    }
+
+    /// Bounds ṡ² by |s̈| from both sides, now that the sample `newest` is there.
+    fn bound(&mut self, newest: usize) {
+        let Some(last) = newest.checked_sub(1) else {
+            return;
+        };
+        let growth = self.growth(last);
+        let before = self.get(last).map_or(0.0, |r| r.reach);
+        if let Some(r) = self.get_mut(newest) {
+            r.reach = smaller(r.reach, before + growth);
+        }
+        for i in (0..newest).rev() {
+            let growth = self.growth(i);
+            let after = self.get(i + 1).map_or(0.0, |r| r.reach);
+            let bound = after + growth;
+            let lowered = self.get(i).is_some_and(|r| bound < r.reach);
+            if lowered && let Some(r) = self.get_mut(i) {
+                r.reach = bound;
+            }
+            self.bound_cell(i, growth);
+            if !lowered {
+                // the cell before has not changed either
+                break;
+            }
+        }
+    }
+
+    /// By how much ṡ² can change in a cell.
+    fn growth(&self, i: usize) -> f64 {
+        self.cell(i).map_or(0.0, |(a, b)| {
+            2.0 * (b.s - a.s) * smaller(a.allowed.most_u, b.allowed.most_u)
+        })
+    }
+
+    /// Inside, ṡ² may rise from one end and fall to the other.
+    fn bound_cell(&mut self, i: usize, growth: f64) {
+        let Some((a, b)) = self.cell(i) else { return };
+        let peak = 0.5 * (a.reach + b.reach + growth);
+        let most = smaller(peak, smaller(a.allowed.most_x, b.allowed.most_x));
+        if let Some(r) = self.get_mut(i) {
+            r.fast = libm::sqrt(most);
+        }
+    }
+
+    /// Finds the samples that bear on a step in this cell; false while not all of them are known.
+    ///
+    /// While the acceleration chosen in a macrostep is part of the mean, the motion is at the mean of
+    /// positions up to h + τ away in time. Nothing moves faster than `fast`, so with D(t) the way made
+    /// at that speed, it is at most the mean of D over \[h, h + τ\] away (D(h) for τ = 0).
+    pub(super) fn survey(&mut self, i: usize, plan: &Plan<N>) -> bool {
+        let Some(after) = self.travel(i, plan, true) else {
+            return false;
+        };
+        let before = self.travel(i, plan, false).unwrap_or(0);
+        if let Some(r) = self.get_mut(i) {
+            (r.before, r.after) = (before, after);
+        }
+        true
+    }
+
+    /// Samples from the cell's end to where the mean of D ends; `None` if that is not known yet.
+    fn travel(&self, i: usize, plan: &Plan<N>, ahead: bool) -> Option<u16> {
+        let until = plan.step + plan.tau;
+        let (mut elapsed, mut way, mut sum, mut cells) = (0.0, 0.0, 0.0, 0u16);
+        let mut at = if ahead { i + 1 } else { i };
+        for _ in 0..W {
+            let here = self.get(at)?;
+            if (ahead && here.ends) || (!ahead && (here.begins || at == 0)) {
+                return Some(cells);
+            }
+            let cell = if ahead { at } else { at - 1 };
+            let (a, b) = self.cell(cell)?;
+            let length = b.s - a.s;
+            let lasts = length / a.fast;
+            way += length;
+            let counted = smaller(elapsed + lasts, until) - larger(elapsed, plan.step);
+            sum += larger(counted, 0.0) * way;
+            elapsed += lasts;
+            cells = cells.saturating_add(1);
+            if elapsed >= until {
+                let mean = if plan.averaged > 0 {
+                    sum / plan.tau
+                } else {
+                    way
+                };
+                let whole = count(libm::ceil(mean / plan.grid));
+                return Some(u16::try_from(whole).map_or(cells, |whole| whole.min(cells)));
+            }
+            at = if ahead { at + 1 } else { at - 1 };
+        }
+        None
+    }
+
+    /// The samples that bear on a step in this cell, both its ends among them.
+    pub(super) fn range(&self, i: usize) -> core::ops::RangeInclusive<usize> {
+        let (before, after) = self.get(i).map_or((0, 0), |r| (r.before, r.after));
+        i.saturating_sub(usize::from(before))..=i + 1 + usize::from(after)
+    }
+
+    /// First and last record of the piece that a record is in, as far as known.
+    pub(super) fn piece(&self, at: usize) -> (usize, usize) {
+        let mut first = at;
+        while first > 0 && self.get(first).is_some_and(|r| !r.begins) {
+            first -= 1;
+        }
+        let mut last = at;
+        while last + 1 < self.len && self.get(last).is_some_and(|r| !r.ends) {
+            last += 1;
+        }
+        (first, last)
+    }
+}

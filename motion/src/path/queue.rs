@@ -1,0 +1,335 @@
+//! Pieces one after the other, as one path.
+
+use super::join::Join;
+use super::{Blend, BlendError, Curve, PathPoint, Piece, Tolerance};
+use core::fmt;
+
+/// Why a piece is not taken; the path stays as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QueueError {
+    /// No room: discard what lies behind first.
+    Full,
+    /// The piece does not begin where the path ends.
+    Gap,
+    /// The corner cannot be blended. It may be pushed as it is.
+    Corner(BlendError),
+}
+
+impl fmt::Display for QueueError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Full => f.write_str("no room for another piece"),
+            Self::Gap => f.write_str("the piece does not begin where the path ends"),
+            Self::Corner(error) => write!(f, "the corner cannot be blended: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for QueueError {}
+
+/// What is left of a piece after blending is not kept if it is rounding only, m.
+const NOTHING_M: f64 = 1e-12;
+
+/// Up to N pieces, with one parameter s from the start of the first piece ever pushed.
+///
+/// Pieces are pushed at the end, blended with the one before if asked, and discarded at the beginning
+/// when nobody goes back there any more. s never starts anew; it grows by the length of each piece.
+///
+/// ```
+/// use motion::path::{Join, Path, Straight, Tolerance};
+/// use motion::Pose;
+/// use nalgebra::Vector3;
+/// let at = |x, y| Pose::from_rotation_vector(Vector3::new(x, y, 0.0), Vector3::zeros());
+/// let mut path = Path::<8>::new();
+/// path.push(Straight::new(at(0.0, 0.0), at(0.1, 0.0))?)?;
+/// let tolerance = Tolerance { metres: 1e-3, radians: 1e-2 };
+/// let join = path.push_blended(Straight::new(at(0.1, 0.0), at(0.1, 0.1))?, &tolerance)?;
+/// assert_eq!((join, path.len()), (Join::Smooth, 3));
+/// assert_eq!(path.push(Straight::new(at(0.1, 0.1), at(0.0, 0.0))?)?, Join::Stop);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path<const N: usize> {
+    /// A ring.
+    entries: [Option<Entry>; N],
+    first: usize,
+    count: usize,
+    /// The end of the last piece.
+    end: f64,
+    /// The entry last asked for, from the first.
+    cursor: usize,
+}
+
+/// The part of a piece from one value of its own parameter to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    piece: Piece,
+    from: f64,
+    to: f64,
+    /// Parameter of the path where the part begins.
+    start: f64,
+    /// With what came before.
+    join: Join,
+}
+
+impl Entry {
+    fn end(&self) -> f64 {
+        self.start + (self.to - self.from)
+    }
+}
+
+impl<const N: usize> Default for Path<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> Path<N> {
+    /// No pieces yet.
+    #[must_use]
+    pub fn new() -> Self {
+        const { assert!(N > 0, "a path holds at least one piece") }
+        Self {
+            entries: [None; N],
+            first: 0,
+            count: 0,
+            end: 0.0,
+            cursor: 0,
+        }
+    }
+
+    /// Pieces retained, blends included.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether no piece is retained.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Pieces that can still be pushed; a blended one takes two places.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        N - self.count
+    }
+
+    /// The least s that is retained, m.
+    #[must_use]
+    pub fn retained_from(&self) -> f64 {
+        self.entry(0).map_or(self.end, |entry| entry.start)
+    }
+
+    /// The greatest s, m.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// Up to which s no blend with a piece yet to come can change anything, m: half way along the last
+    /// piece. If none comes, it is the [end](Self::end).
+    #[must_use]
+    pub fn settled(&self) -> f64 {
+        self.last().map_or(self.end, |entry| {
+            let half = 0.5 * entry.piece.length();
+            entry.start
+                + if half > entry.from {
+                    half - entry.from
+                } else {
+                    0.0
+                }
+        })
+    }
+
+    /// Append a piece as it is. The first is joined to rest.
+    ///
+    /// # Errors
+    /// [`QueueError::Full`], [`QueueError::Gap`].
+    pub fn push(&mut self, piece: impl Into<Piece>) -> Result<Join, QueueError> {
+        let piece = piece.into();
+        self.append(&piece)
+    }
+
+    /// Append a piece with a [`Blend`] in place of the corner before it. Where there is no corner, because
+    /// the join is smooth or the path has no pieces, this is [`push`](Self::push).
+    ///
+    /// The last piece loses up to half of its length: see [`settled`](Self::settled).
+    ///
+    /// # Errors
+    /// [`QueueError`].
+    pub fn push_blended(
+        &mut self,
+        piece: impl Into<Piece>,
+        tolerance: &Tolerance,
+    ) -> Result<Join, QueueError> {
+        let piece = piece.into();
+        let Some(last) = self.last().copied() else {
+            return self.append(&piece);
+        };
+        let (end, start) = (last.piece.at(last.to), piece.at(0.0));
+        if Join::between(&end, &start).ok_or(QueueError::Gap)? == Join::Smooth {
+            return self.append(&piece);
+        }
+        let blend = Blend::between(&last.piece, &piece, tolerance).map_err(QueueError::Corner)?;
+        let to = last.to - blend.distance();
+        let rest = to - last.from;
+        let places = if rest > NOTHING_M { 2 } else { 1 };
+        if self.room() < places {
+            return Err(QueueError::Full);
+        }
+        let curve = *blend.curve();
+        let into = if rest > NOTHING_M {
+            self.shorten(to);
+            Join::between(&last.piece.at(to), &curve.at(0.0))
+        } else {
+            // blended at both ends: nothing is left between the blends
+            self.remove_last();
+            match self.last() {
+                Some(before) => Join::between(&before.piece.at(before.to), &curve.at(0.0)),
+                None => Some(last.join),
+            }
+        };
+        self.place_part(&curve.into(), 0.0, into.unwrap_or(Join::Stop));
+        let out = Join::between(&curve.at(curve.length()), &piece.at(blend.distance()));
+        self.place_part(&piece, blend.distance(), out.unwrap_or(Join::Stop));
+        Ok(match (into, out) {
+            (Some(Join::Smooth), Some(Join::Smooth)) => Join::Smooth,
+            _ => Join::Stop,
+        })
+    }
+
+    /// The point at s, m. Where two pieces meet, it is the start of the later one. Beyond what is retained
+    /// the first or last piece goes on, as [`Curve::at`]; none without pieces.
+    ///
+    /// The piece is searched from the last one asked for: going along the path costs one step a piece,
+    /// jumping about at most N.
+    pub fn at(&mut self, s: f64) -> Option<PathPoint> {
+        for _ in 0..N {
+            let (Some(here), next) = (self.entry(self.cursor), self.entry(self.cursor + 1)) else {
+                break;
+            };
+            if s < here.start && self.cursor > 0 {
+                self.cursor -= 1;
+            } else if next.is_some_and(|next| s >= next.start) {
+                self.cursor += 1;
+            } else {
+                break;
+            }
+        }
+        let entry = self.entry(self.cursor)?;
+        let end = entry.end();
+        // so that the end of the path is the end of its last piece, to the bit
+        let local = if s >= end {
+            entry.to + (s - end)
+        } else {
+            entry.from + (s - entry.start)
+        };
+        Some(entry.piece.at(local))
+    }
+
+    /// The first place after s where the tool must be at rest, m, the [end](Self::end) of what is known
+    /// excepted.
+    #[must_use]
+    pub fn stop_after(&self, s: f64) -> Option<f64> {
+        let mut stops = self.stops();
+        stops.find(|stop| *stop > s)
+    }
+
+    /// The last place before s where the tool must be at rest, m, the
+    /// [least s](Self::retained_from) excepted.
+    #[must_use]
+    pub fn stop_before(&self, s: f64) -> Option<f64> {
+        self.stops().take_while(|stop| *stop < s).last()
+    }
+
+    /// Discard the pieces that end at s or before, but never the last one.
+    pub fn discard_before(&mut self, s: f64) {
+        for _ in 0..N {
+            if self.count < 2 || !self.entry(0).is_some_and(|entry| entry.end() <= s) {
+                break;
+            }
+            if let Some(place) = self.entries.get_mut(self.first) {
+                *place = None;
+            }
+            self.first = (self.first + 1) % N;
+            self.count -= 1;
+            self.cursor = self.cursor.saturating_sub(1);
+        }
+    }
+
+    fn stops(&self) -> impl Iterator<Item = f64> + '_ {
+        let inner = (1..self.count).filter_map(|i| self.entry(i));
+        inner
+            .filter(|entry| entry.join == Join::Stop)
+            .map(|entry| entry.start)
+    }
+
+    fn slot(&self, i: usize) -> usize {
+        (self.first + i) % N
+    }
+
+    fn entry(&self, i: usize) -> Option<&Entry> {
+        if i < self.count {
+            self.entries.get(self.slot(i))?.as_ref()
+        } else {
+            None
+        }
+    }
+
+    fn last(&self) -> Option<&Entry> {
+        self.entry(self.count.checked_sub(1)?)
+    }
+
+    fn append(&mut self, piece: &Piece) -> Result<Join, QueueError> {
+        if self.room() == 0 {
+            return Err(QueueError::Full);
+        }
+        let join = match self.last() {
+            None => Join::Stop,
+            Some(last) => {
+                Join::between(&last.piece.at(last.to), &piece.at(0.0)).ok_or(QueueError::Gap)?
+            }
+        };
+        self.place_part(piece, 0.0, join);
+        Ok(join)
+    }
+
+    fn place_part(&mut self, piece: &Piece, from: f64, join: Join) {
+        let entry = Entry {
+            piece: *piece,
+            from,
+            to: piece.length(),
+            start: self.end,
+            join,
+        };
+        let slot = self.slot(self.count);
+        if let Some(place) = self.entries.get_mut(slot) {
+            *place = Some(entry);
+            self.count += 1;
+            self.end = entry.end();
+        }
+    }
+
+    /// Let the last piece end earlier.
+    fn shorten(&mut self, to: f64) {
+        if let Some(last) = self.count.checked_sub(1) {
+            let slot = self.slot(last);
+            if let Some(Some(entry)) = self.entries.get_mut(slot) {
+                entry.to = to;
+                self.end = entry.end();
+            }
+        }
+    }
+
+    fn remove_last(&mut self) {
+        if let Some(last) = self.count.checked_sub(1) {
+            let slot = self.slot(last);
+            if let Some(Some(entry)) = self.entries.get_mut(slot) {
+                self.end = entry.start;
+                self.count = last;
+            }
+        }
+    }
+}

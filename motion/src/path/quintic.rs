@@ -1,0 +1,128 @@
+//! The quintic between two points of a path: equal to both in pose, first and second derivative.
+
+use super::{Curve, PathPoint, PieceError, SHORTEST_M, is_finite, reach, rotation};
+use crate::polynomial::{Coefficients, evaluate, quintic, third};
+use crate::pose::{Pose, exp, log};
+use crate::twist::Twist;
+use nalgebra::{Matrix3, Vector3};
+
+/// A curve whose position and rotation vector are polynomials of degree 5 in s.
+///
+/// The rotation vector is relative to the orientation half way between both ends, so that the curve is the
+/// same in both directions; `p, p', p''` and `R, ω, ω'` at the ends are those given. The orientations of the
+/// ends differ by at most half a turn: the shortest way is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quintic {
+    origin: Vector3<f64>,
+    middle: Matrix3<f64>,
+    /// Position relative to the origin (m), rotation vector relative to the middle (rad); over \[0, 1\].
+    axes: [Coefficients; 6],
+    length: f64,
+}
+
+impl Quintic {
+    /// From one point to another, over a range `length` (m) of the parameter in which both points'
+    /// derivatives are given. The third derivatives are not looked at.
+    ///
+    /// # Errors
+    /// [`PieceError::NotFinite`]; [`PieceError::TooShort`] if the range is less than [`SHORTEST_M`].
+    pub fn between(from: &PathPoint, to: &PathPoint, length: f64) -> Result<Self, PieceError> {
+        if !(is_finite(&from.pose) && is_finite(&to.pose) && length.is_finite()) {
+            return Err(PieceError::NotFinite);
+        }
+        if length < SHORTEST_M {
+            return Err(PieceError::TooShort);
+        }
+        let half = log(&(to.pose.rotation * from.pose.rotation.transpose())) * 0.5;
+        let origin = from.pose.position;
+        let start = jets(from, Vector3::zeros(), -half, length);
+        let end = jets(to, to.pose.position - origin, half, length);
+        let mut axes = [[0.0; 6]; 6];
+        for ((axis, start), end) in axes.iter_mut().zip(start).zip(end) {
+            *axis = quintic(start, end);
+        }
+        if !axes.as_flattened().iter().all(|c| c.is_finite()) {
+            return Err(PieceError::NotFinite);
+        }
+        Ok(Self {
+            origin,
+            middle: exp(half) * from.pose.rotation,
+            axes,
+            length,
+        })
+    }
+}
+
+/// Value, first and second derivative over \[0, 1\] of the six axes.
+fn jets(point: &PathPoint, at: Vector3<f64>, turn: Vector3<f64>, length: f64) -> [[f64; 3]; 6] {
+    let [turn1, turn2] = rotation::rates(turn, point.first.angular, point.second.angular);
+    let (p1, p2) = (point.first.linear, point.second.linear);
+    let (h, hh) = (length, length * length);
+    let [[x, y, z]] = at.data.0;
+    let [[x1, y1, z1]] = (p1 * h).data.0;
+    let [[x2, y2, z2]] = (p2 * hh).data.0;
+    let [[a, b, c]] = turn.data.0;
+    let [[a1, b1, c1]] = (turn1 * h).data.0;
+    let [[a2, b2, c2]] = (turn2 * hh).data.0;
+    [
+        [x, x1, x2],
+        [y, y1, y2],
+        [z, z1, z2],
+        [a, a1, a2],
+        [b, b1, b2],
+        [c, c1, c2],
+    ]
+}
+
+impl Curve for Quintic {
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn at(&self, s: f64) -> PathPoint {
+        let h = self.length;
+        let u = reach(s, h) / h;
+        let [x, y, z, a, b, c] = self.axes.each_ref().map(|axis| {
+            let [value, first, second] = evaluate(axis, u);
+            [
+                value,
+                first / h,
+                second / (h * h),
+                third(axis, u) / (h * h * h),
+            ]
+        });
+        let [p, p1, p2, p3] = transpose(x, y, z);
+        let (turned, [w, w1, w2]) = rotation::along(transpose(a, b, c));
+        PathPoint {
+            pose: Pose {
+                position: self.origin + p,
+                rotation: turned * self.middle,
+            },
+            first: Twist {
+                linear: p1,
+                angular: w,
+            },
+            second: Twist {
+                linear: p2,
+                angular: w1,
+            },
+            third: Twist {
+                linear: p3,
+                angular: w2,
+            },
+        }
+    }
+}
+
+/// Three axes' derivatives as derivatives of a vector.
+fn transpose(x: [f64; 4], y: [f64; 4], z: [f64; 4]) -> [Vector3<f64>; 4] {
+    let [x0, x1, x2, x3] = x;
+    let [y0, y1, y2, y3] = y;
+    let [z0, z1, z2, z3] = z;
+    [
+        Vector3::new(x0, y0, z0),
+        Vector3::new(x1, y1, z1),
+        Vector3::new(x2, y2, z2),
+        Vector3::new(x3, y3, z3),
+    ]
+}
