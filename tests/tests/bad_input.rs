@@ -50,6 +50,7 @@ fn the_command_line() {
     let mv = |more: &[&str]| arguments(&[&["move", "irp6-postument"], more].concat());
     let home = |more: &[&str]| arguments(&[&["home", "irp6-track"], more].concat());
     let run = |more: &[&str]| arguments(&[&["run"], more].concat());
+    let plan = |more: &[&str]| arguments(&[&["plan", "profile"], more].concat());
     for (arguments, code, words) in [
         (
             mv(&[JOINTS, "--speed", "-1"]),
@@ -113,6 +114,17 @@ fn the_command_line() {
             &["irp6-trac", "irp6-track"],
         ),
         (arguments(&["frobnicate"]), 64, &["frobnicate"]),
+        (
+            plan(&["--from=0,0", "--to=1"]),
+            64,
+            &["--to", "as --from (2)", "got 1"],
+        ),
+        (
+            plan(&[&format!("--from=0{}", ",0".repeat(16))]),
+            64,
+            &["--from", "1 to 16", "got 17"],
+        ),
+        (plan(&["--from=0", "--to=1e999"]), 64, &["--to", "1e999"]),
         (
             arguments(&["stop", "--kind", "slow"]),
             64,

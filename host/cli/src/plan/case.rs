@@ -208,6 +208,10 @@ impl Case {
     pub(super) fn asked(&self, names: Names) -> Result<Asked, String> {
         let axes = self.p0.as_ref().map(Vec::len);
         let axes = axes.ok_or_else(|| names.wrong_axes("none"))?;
+        // told before every other list is found to be of another length
+        if !(1..=MOST_AXES).contains(&axes) {
+            return Err(names.wrong_axes(axes));
+        }
         let minimum_duration = self.minimum_duration.unwrap_or(0.0);
         if minimum_duration < 0.0 {
             let name = names.of("minimum_duration");

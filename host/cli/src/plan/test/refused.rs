@@ -168,6 +168,10 @@ fn wrong_use_says_what_was_expected() {
             "--from: expected 1 to 16 numbers, one per axis, got none",
         ),
         (
+            "--from 0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0",
+            "--from: expected 1 to 16 numbers, one per axis, got 17",
+        ),
+        (
             "--from 0",
             "--to: expected as many numbers as --from (1), got none",
         ),
