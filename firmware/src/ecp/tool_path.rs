@@ -160,6 +160,7 @@ pub struct ToolPath<const N: usize> {
     /// Where the tool is, and its joints there.
     s: f64,
     here: Joints<N>,
+    begun: bool,
     status: Status,
     /// Why the path cannot go on beyond what is sampled.
     wall: Option<Refusal>,
@@ -208,6 +209,7 @@ impl<const N: usize> ToolPath<N> {
             ahead: *from,
             s: 0.0,
             here: *from,
+            begun: false,
             status: Status::Waiting,
             wall: None,
         })
@@ -431,9 +433,16 @@ impl<const N: usize> ToolPath<N> {
         if at_rest && !moved {
             return match (self.status, self.wall) {
                 (Status::Waiting, Some(refusal)) => Demand::Refuse(refusal),
-                _ => Demand::Stay,
+                _ if !self.begun => Demand::Stay,
+                // knots at rest, so that the set-points keep their lead
+                _ => Demand::Joints(JointMotion {
+                    position: self.here,
+                    velocity: [0.0; N],
+                    acceleration: [0.0; N],
+                }),
             };
         }
+        self.begun = true;
         self.path.discard_before(self.feed.retained_from());
         let Some(point) = self.path.at(s) else {
             return Demand::Stay;
