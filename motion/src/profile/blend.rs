@@ -175,6 +175,11 @@ impl Phases {
         self.duration
     }
 
+    /// Sets its length in time to what was asked: the sum of its phases is that but for rounding.
+    pub(super) fn ends_at(&mut self, time: f64) {
+        self.duration = time;
+    }
+
     /// The lowest and the highest position, from the start on.
     pub(super) fn reach(&self) -> (f64, f64) {
         let (mut low, mut high) = (self.end.p, self.end.p);

@@ -103,8 +103,8 @@ impl core::error::Error for Violation {}
 /// is up to 1e-12 of the largest value reached, and to some units in the last place of what the bounds
 /// allow in the time.
 ///
-/// A start outside the bounds of acceleration or velocity is followed by phases that bring it back: in
-/// them, acceleration and velocity may reach what cannot be avoided from that start, and no more.
+/// A start outside the bounds of acceleration or velocity is followed by phases that bring it back: in each of
+/// them, acceleration and velocity may reach what cannot be avoided from where it begins, and no more than before.
 ///
 /// # Errors
 /// The first [`Violation`] in the order of the phases.
@@ -116,16 +116,17 @@ pub fn check(
 ) -> Result<(), Violation> {
     let scale = Scale::of(phases, start, end, bounds);
     let mut outside = !admits(bounds, start);
-    let widened = widened(bounds, start);
+    let mut allowed = widened(bounds, start, &UNBOUNDED);
     let mut at = *start;
     for (number, phase) in phases.iter().enumerate() {
         outside &= !admits(bounds, &at);
-        within_bounds(
-            number,
-            phase,
-            if outside { &widened } else { bounds },
-            &scale,
-        )?;
+        // what has come back inside stays there
+        allowed = if outside {
+            widened(bounds, &at, &allowed)
+        } else {
+            *bounds
+        };
+        within_bounds(number, phase, &allowed, &scale)?;
         if scale.differ(
             &at,
             &Boundary {
@@ -154,6 +155,8 @@ struct Scale {
     p: f64,
     v: f64,
     a: f64,
+    /// What the rounding of an instant adds to `v` where velocities meet: the acceleration times that.
+    instant: f64,
 }
 
 impl Scale {
@@ -181,12 +184,13 @@ impl Scale {
             p: TOLERANCE * reached.p + UNIT * v * time,
             v: TOLERANCE * reached.v + UNIT * v,
             a: TOLERANCE * reached.a + UNIT * bounds.j_max * time,
+            instant: UNIT * a * time,
         }
     }
 
     fn differ(&self, one: &Boundary, other: &Boundary) -> bool {
         exceeds((one.p - other.p).abs(), self.p)
-            || exceeds((one.v - other.v).abs(), self.v)
+            || exceeds((one.v - other.v).abs(), self.v + self.instant)
             || exceeds((one.a - other.a).abs(), self.a)
     }
 }
@@ -207,13 +211,25 @@ fn admits(bounds: &AxisBounds, state: &Boundary) -> bool {
         && above(smaller(v, next), bounds.v_min)
 }
 
-fn widened(bounds: &AxisBounds, start: &Boundary) -> AxisBounds {
-    let next = unavoidable(start, bounds);
+/// No bounds at all.
+const UNBOUNDED: AxisBounds = AxisBounds {
+    v_min: f64::NEG_INFINITY,
+    v_max: f64::INFINITY,
+    a_min: f64::NEG_INFINITY,
+    a_max: f64::INFINITY,
+    j_max: f64::INFINITY,
+    p_min: f64::NEG_INFINITY,
+    p_max: f64::INFINITY,
+};
+
+/// The bounds, wider by what cannot be avoided from a state, but no wider than they were before.
+fn widened(bounds: &AxisBounds, state: &Boundary, before: &AxisBounds) -> AxisBounds {
+    let next = unavoidable(state, bounds);
     AxisBounds {
-        v_min: smaller(bounds.v_min, smaller(start.v, next)),
-        v_max: larger(bounds.v_max, larger(start.v, next)),
-        a_min: smaller(bounds.a_min, start.a),
-        a_max: larger(bounds.a_max, start.a),
+        v_min: larger(smaller(bounds.v_min, smaller(state.v, next)), before.v_min),
+        v_max: smaller(larger(bounds.v_max, larger(state.v, next)), before.v_max),
+        a_min: larger(smaller(bounds.a_min, state.a), before.a_min),
+        a_max: smaller(larger(bounds.a_max, state.a), before.a_max),
         ..*bounds
     }
 }

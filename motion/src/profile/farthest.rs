@@ -166,6 +166,12 @@ impl Upward {
         }
         let sum = k / c;
         let (mut peak, mut valley) = (0.5 * (sum + c), 0.5 * (sum - c));
+        // The peak is not below a0 and the valley not above a1: so when c is but rounding, and K/c anything.
+        if peak < a0 {
+            (peak, valley) = (a0, a0 - c);
+        } else if valley > a1 {
+            (peak, valley) = (a1 + c, a1);
+        }
         let (mut hold_peak, mut hold_valley) = (0.0, 0.0);
         if peak > a_up || valley < -a_down {
             let over_valley = a_up - root(2.0 * a_up * c - k);

@@ -110,9 +110,8 @@ impl Search<'_> {
 
     /// The root up to `last`, where the acceleration keeps its sign; else the point at `last`.
     fn before_crossing(&self, full: &Full, low: Point, last: f64) -> Result<f64, Point> {
-        let task = &self.side.task;
-        // The curve can rise, fall, and rise again, if the velocity changes its sign: look at the first top.
-        if low.slope > 0.0 && task.v0 * task.v1 < 0.0 {
+        // The curve can rise, fall, and rise again, if the velocity becomes negative: look at the first top.
+        if low.slope > 0.0 && self.lowest_velocity() < 0.0 {
             for top in self.tops().into_iter().flatten() {
                 if top > low.time && top < last {
                     let top = self.point(full, top);
@@ -128,6 +127,14 @@ impl Search<'_> {
         } else {
             Err(high)
         }
+    }
+
+    /// The lowest velocity of a motion whose acceleration keeps its sign between peak and valley: at an end,
+    /// or where the acceleration of an end was or comes to be zero.
+    fn lowest_velocity(&self) -> f64 {
+        let task = &self.side.task;
+        let (from, to) = (smaller(task.a0, 0.0), larger(task.a1, 0.0));
+        smaller(task.v0 - 0.5 * from * from, task.v1 - 0.5 * to * to)
     }
 
     /// Where the slopes of the pieces (head of this file) become negative, in ascending order.

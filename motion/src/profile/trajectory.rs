@@ -231,6 +231,10 @@ impl<const N: usize> Sampler<'_, N> {
             .zip(&self.trajectory.axes)
             .zip(&mut self.places);
         for ((state, axis), place) in each {
+            if t >= axis.duration() {
+                *state = axis.at(t);
+                continue;
+            }
             let phases = axis.as_slice();
             *state = loop {
                 let Some(phase) = phases.get(place.phase) else {
@@ -267,7 +271,12 @@ enum Way {
     /// Given more time, the fastest motion is stretched.
     AtRest(RestToRest),
     /// Given more time, a mean of extremal motions.
-    Moving { brake: Brake, arrival: Arrival },
+    Moving {
+        brake: Brake,
+        arrival: Arrival,
+        /// The earliest arrival after the brake, s.
+        earliest: f64,
+    },
     /// To a velocity.
     Gaining(Gain),
 }
@@ -306,9 +315,13 @@ impl<'a> Asked<'a> {
                 } else {
                     let brake = Brake::of(&task);
                     let arrival = Arrival::new(brake.applied(&task));
-                    arrival.earliest().map(|time| Axis {
-                        earliest: time + brake.duration(),
-                        way: Way::Moving { brake, arrival },
+                    arrival.earliest().map(|earliest| Axis {
+                        earliest: earliest + brake.duration(),
+                        way: Way::Moving {
+                            brake,
+                            arrival,
+                            earliest,
+                        },
                     })
                 }
             }
@@ -347,15 +360,34 @@ impl<'a> Asked<'a> {
         match &axis.way {
             Way::AtRest(way) => pen.stretch(way, time),
             Way::Gaining(gain) => {
-                let (rising, falling, share) = gain
-                    .at(time - gain.brake.duration())
-                    .map_err(|verdict| verdict.after(gain.brake.duration()))?;
+                let brake = gain.brake.duration();
+                let left = left_of(time, brake, gain.earliest());
+                let (rising, falling, share) = match gain.at(left) {
+                    Err(Verdict::NotBefore(later)) if later - left <= rounding(time) => {
+                        gain.at(later)
+                    }
+                    found => found,
+                }
+                .map_err(|verdict| verdict.after(brake))?;
                 pen.gain(&gain.brake, &rising, &falling, share);
             }
-            Way::Moving { brake, arrival } => match arrival.at(time - brake.duration()) {
-                Verdict::Possible(between) => pen.arrive(brake, arrival, &between),
-                verdict => return Err(verdict.after(brake.duration())),
-            },
+            Way::Moving {
+                brake,
+                arrival,
+                earliest,
+            } => {
+                let left = left_of(time, brake.duration(), *earliest);
+                let verdict = match arrival.at(left) {
+                    Verdict::NotBefore(later) if later - left <= rounding(time) => {
+                        arrival.at(later)
+                    }
+                    verdict => verdict,
+                };
+                match verdict {
+                    Verdict::Possible(between) => pen.arrive(brake, arrival, &between),
+                    verdict => return Err(verdict.after(brake.duration())),
+                }
+            }
         }
         Ok(())
     }
@@ -427,6 +459,22 @@ impl<'a> Asked<'a> {
     }
 }
 
+/// What the rounding of sums may make of a time.
+fn rounding(time: f64) -> f64 {
+    2.0 * f64::EPSILON * time
+}
+
+/// What is left of a time after a brake. Their sum was rounded: just after the earliest arrival is at it, which
+/// matters where the times after it are not possible.
+fn left_of(time: f64, brake: f64, earliest: f64) -> f64 {
+    let left = time - brake;
+    if left - earliest <= rounding(time) {
+        earliest
+    } else {
+        left
+    }
+}
+
 /// Plans every axis into `out`; the length in time.
 fn plan<const N: usize>(
     request: &Request<N>,
@@ -478,7 +526,7 @@ fn draw<const N: usize>(
             Synchronisation::Time | Synchronisation::Phase => duration,
         };
         match asked.draw_in_range(axis, time, out) {
-            Ok(()) => {}
+            Ok(()) => out.ends_at(time),
             Err(Verdict::NotBefore(later)) if later > time => {
                 latest = Some(larger(later, latest.unwrap_or(duration)));
             }

@@ -17,8 +17,8 @@ const GRID: u32 = 16;
 /// Golden sections around the best, or halvings towards a given time: to 1e-9 of the acceleration.
 const REFINEMENTS: u32 = 44;
 
-/// What may be left of a range by rounding, relative to the positions.
-pub(super) const SPARE: f64 = 1e-12;
+/// What may be left of a range by rounding, relative to the positions: a tenth of what the checker allows.
+pub(super) const SPARE: f64 = 1e-13;
 
 /// By which end a motion leaves its range.
 pub(super) fn leaves(phases: &Phases, bounds: &AxisBounds) -> Option<End> {
