@@ -443,6 +443,10 @@ impl<const N: usize> ToolPath<N> {
             };
         }
         self.begun = true;
+        if self.room() == 0 && !self.ended {
+            // many short pieces: more of them lie behind than there is room for
+            self.feed.discard_before(s);
+        }
         self.path.discard_before(self.feed.retained_from());
         let Some(point) = self.path.at(s) else {
             return Demand::Stay;

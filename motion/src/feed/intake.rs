@@ -25,6 +25,29 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
         self.window.get(0).map_or(0.0, |r| r.s)
     }
 
+    /// Forgets what lies before s, as far as no step can need it; nothing while going back. For a caller that
+    /// has no room for the path itself.
+    pub fn discard_before(&mut self, s: f64) {
+        if self.inner.heading == Heading::Backward {
+            return;
+        }
+        for _ in 0..W {
+            let needed = *self.window.range(self.inner.cell).start();
+            let old = self.window.get(1).is_some_and(|next| next.s <= s);
+            if needed == 0 || !old {
+                return;
+            }
+            self.drop_oldest();
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        self.window.drop_oldest();
+        self.inner.cell = self.inner.cell.saturating_sub(1);
+        self.first = self.first.saturating_sub(1);
+        self.front = self.front.saturating_sub(1);
+    }
+
     /// Records that no step can need any more: not those that bear on the present cell, nor a quarter
     /// of the window behind it, kept for going back; none while going back.
     fn droppable(&self) -> usize {
@@ -119,10 +142,7 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
 
     fn put(&mut self, s: f64, allowed: Allowed<N>, ends: bool) {
         if self.window.len() == W && self.droppable() > 0 {
-            self.window.drop_oldest();
-            self.inner.cell = self.inner.cell.saturating_sub(1);
-            self.first = self.first.saturating_sub(1);
-            self.front = self.front.saturating_sub(1);
+            self.drop_oldest();
         }
         self.window.push(s, allowed, self.begins, ends);
         self.begins = ends;
