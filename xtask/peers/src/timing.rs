@@ -1,0 +1,156 @@
+//! What a plan costs, and what a sample of it.
+
+use crate::case::Case;
+use crate::class::Class;
+use crate::clock;
+use crate::judge::judge;
+use crate::plan::{Batch, Outcome};
+use crate::planner::Planner;
+
+/// Cases in a batch: their inputs and results do not fit the first cache, as in life.
+pub const BATCH: usize = 1024;
+/// Batches timed in a row; their median counts.
+pub const REPEATS: usize = 9;
+/// Rounds, in each of which every planner has its turn; the median of their medians counts.
+pub const ROUNDS: usize = 3;
+/// Times each call is timed alone; the least counts, so interrupts do not.
+pub const CALL_REPEATS: usize = 25;
+/// Cases looked at to find a batch that every planner plans well.
+const MOST_CANDIDATES: u64 = 64 * BATCH as u64;
+/// Motions that are sampled, and how often each.
+const SAMPLED: usize = 64;
+/// Samples of a motion: at 1 kHz a motion of a second.
+const SAMPLES: usize = 1000;
+
+/// What a plan costs a planner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Who.
+    pub planner: Planner,
+    /// CPU time of a call in a batch, ns.
+    pub ns: f64,
+    /// Largest minus smallest of the rounds' medians, relative to `ns`.
+    pub spread: f64,
+    /// The 99th percentile of calls timed alone, ns.
+    pub p99_ns: f64,
+    /// The worst of them, ns.
+    pub worst_ns: f64,
+    /// The median of them, ns.
+    pub median_ns: f64,
+    /// Instructions of a call in a batch; nothing without valgrind.
+    pub instructions: Option<f64>,
+}
+
+/// Cases that every planner plans without violation, the first of the class.
+///
+/// # Panics
+/// If there are not enough of them among very many.
+#[must_use]
+pub fn cases<const N: usize>(class: Class, seed: u64) -> Vec<Case<N>> {
+    let mut chosen = Vec::with_capacity(BATCH);
+    let mut candidates = 0..MOST_CANDIDATES;
+    while chosen.len() < BATCH {
+        let part: Vec<Case<N>> = candidates
+            .by_ref()
+            .take(BATCH)
+            .map(|index| class.case(seed, index))
+            .collect();
+        assert!(!part.is_empty(), "{class}: not enough cases all can plan");
+        let mut batches = Planner::ALL.map(|planner| planner.batch(&part));
+        for (at, case) in part.iter().enumerate() {
+            let good = |batch: &mut Box<dyn Batch>| match batch.plan(at) {
+                Outcome::Planned(plan) => judge(case, &plan).pass(),
+                Outcome::Refused(_) | Outcome::Failed(_) => false,
+            };
+            if chosen.len() < BATCH && batches.iter_mut().all(good) {
+                chosen.push(*case);
+            }
+        }
+    }
+    chosen
+}
+
+/// Times every planner on the same cases; instructions are not counted here.
+///
+/// # Panics
+/// As [`cases`].
+#[must_use]
+pub fn plans<const N: usize>(class: Class, seed: u64) -> [Cost; Planner::ALL.len()] {
+    let cases = cases::<N>(class, seed);
+    let mut batches = Planner::ALL.map(|planner| planner.batch(&cases));
+    let count = as_f64(cases.len());
+    let medians = rounds(&mut batches, |batch| {
+        let began = clock::thread_ns();
+        std::hint::black_box(batch.run());
+        (clock::thread_ns() - began) / count
+    });
+    let alone = batches.each_mut().map(|batch| {
+        let mut least = vec![f64::INFINITY; cases.len()];
+        for _ in 0..CALL_REPEATS {
+            batch.calls(&mut least);
+        }
+        let overhead = clock::overhead_ns();
+        least.iter_mut().for_each(|ns| *ns -= overhead);
+        least.sort_by(f64::total_cmp);
+        least
+    });
+    let mut costs = Planner::ALL.map(|planner| {
+        let alone = &alone[planner as usize];
+        Cost {
+            planner,
+            ns: f64::NAN,
+            spread: f64::NAN,
+            p99_ns: alone[alone.len() * 99 / 100],
+            worst_ns: alone[alone.len() - 1],
+            median_ns: alone[alone.len() / 2],
+            instructions: None,
+        }
+    });
+    for (cost, medians) in costs.iter_mut().zip(medians) {
+        (cost.ns, cost.spread) = medians;
+    }
+    costs
+}
+
+/// What a sample of a motion costs each planner, CPU ns, and the spread of the rounds.
+///
+/// # Panics
+/// As [`cases`].
+#[must_use]
+pub fn samples<const N: usize>(class: Class, seed: u64) -> [(f64, f64); Planner::ALL.len()] {
+    let mut cases = cases::<N>(class, seed);
+    cases.truncate(SAMPLED);
+    let mut batches = Planner::ALL.map(|planner| planner.batch(&cases));
+    batches.iter_mut().for_each(|batch| batch.keep());
+    let count = as_f64(SAMPLED * SAMPLES);
+    rounds(&mut batches, |batch| {
+        let began = clock::thread_ns();
+        std::hint::black_box(batch.sample(SAMPLES));
+        (clock::thread_ns() - began) / count
+    })
+}
+
+/// For each subject: the median of the rounds' medians, and their spread relative to it.
+fn rounds<T, const M: usize>(
+    subjects: &mut [T; M],
+    mut measure: impl FnMut(&mut T) -> f64,
+) -> [(f64, f64); M] {
+    let mut medians = [[0.0; ROUNDS]; M];
+    for round in 0..ROUNDS {
+        for (subject, medians) in subjects.iter_mut().zip(&mut medians) {
+            let mut repeats: [f64; REPEATS] = [(); REPEATS].map(|()| measure(subject));
+            repeats.sort_by(f64::total_cmp);
+            medians[round] = repeats[REPEATS / 2];
+        }
+    }
+    medians.map(|mut rounds| {
+        rounds.sort_by(f64::total_cmp);
+        let median = rounds[ROUNDS / 2];
+        (median, (rounds[ROUNDS - 1] - rounds[0]) / median)
+    })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
+}
