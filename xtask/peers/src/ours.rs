@@ -75,15 +75,17 @@ fn no_plan(error: TrajectoryError) -> Outcome {
 }
 
 fn phases<const N: usize>(trajectory: &Trajectory<N>, axis: usize) -> Vec<Phase> {
-    let phases = trajectory.phases(axis);
-    let own = phases.map(|x| Phase {
-        t: x.t,
-        j: x.j,
-        a0: x.a0,
-        v0: x.v0,
-        p0: x.p0,
-    });
-    own.collect()
+    let mut phases = Vec::new();
+    for own in trajectory.phases(axis) {
+        phases.push(Phase {
+            t: own.t,
+            j: own.j,
+            a0: own.a0,
+            v0: own.v0,
+            p0: own.p0,
+        });
+    }
+    phases
 }
 
 impl<const N: usize> Batch for Ours<N> {
