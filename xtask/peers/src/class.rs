@@ -273,3 +273,100 @@ impl Axis {
         }
     }
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    const COUNT: u64 = 2000;
+
+    fn axes(class: Class) -> impl Iterator<Item = Axis> {
+        (0..COUNT).flat_map(move |index| class.case::<3>(1, index))
+    }
+
+    #[test]
+    fn a_case_depends_on_nothing_but_its_name() {
+        for class in Class::ALL {
+            let case = class.case::<7>(5, 77);
+            assert_eq!(class.case::<7>(5, 77), case);
+            assert_ne!(class.case::<7>(6, 77), case);
+            assert_ne!(class.case::<7>(5, 81), case);
+        }
+    }
+
+    #[test]
+    fn limits_are_limits() {
+        for class in Class::ALL {
+            for x in axes(class) {
+                let upper = [x.v_max, x.a_max, x.j_max];
+                assert!(
+                    upper.iter().all(|x| *x > 0.0 && x.is_finite()),
+                    "{class} {x:?}"
+                );
+                assert!(x.v_min < 0.0 && x.a_min < 0.0, "{class} {x:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_fourth_case_has_lower_limits_of_its_own() {
+        for class in Class::ALL {
+            let symmetric = |index| {
+                let case = class.case::<3>(1, index);
+                case.iter()
+                    .all(|x| [x.v_min, x.a_min] == [-x.v_max, -x.a_max])
+            };
+            assert!((0..400).filter(|i| i % 4 < 3).all(symmetric), "{class}");
+            // an exact case may have the same small integers by chance
+            let own = (0..400).filter(|i| i % 4 == 3 && !symmetric(*i)).count();
+            assert!(own > 80, "{class}: {own} of 100");
+        }
+    }
+
+    #[test]
+    fn starts_and_ends_are_those_of_the_class() {
+        assert!(axes(Class::R).all(|x| [x.v0, x.a0, x.v1, x.a1] == [0.0; 4]));
+        assert!(axes(Class::T).all(|x| [x.v1, x.a1] == [0.0; 2]));
+        // 0.9 and 0.8 of 6000, ± five deviations of a binomial
+        let moving = axes(Class::T).filter(|x| x.v0.abs() > 0.0).count();
+        assert!((5284..=5516).contains(&moving), "{moving}");
+        let accelerated = axes(Class::T).filter(|x| x.a0.abs() > 0.0).count();
+        assert!((4645..=4955).contains(&accelerated), "{accelerated}");
+        assert!(axes(Class::S).any(|x| x.a1.abs() > 0.0));
+        assert!(axes(Class::N).all(|x| (x.p1 - x.p0).abs() <= 1.0 && x.a1.abs() == 0.0));
+        assert!(axes(Class::N).any(|x| (x.p1 - x.p0).abs() < 1e-12));
+        assert!(axes(Class::H).any(|x| x.j_max > 9e5) && axes(Class::H).all(|x| x.j_max >= 10.0));
+    }
+
+    #[test]
+    fn ends_can_be_asked_for_except_in_some_exact_cases() {
+        for class in [Class::R, Class::T, Class::S, Class::N, Class::H] {
+            assert!(axes(class).all(|x| x.has_valid_end()), "{class}");
+        }
+        let invalid = axes(Class::E).filter(|x| !x.has_valid_end()).count();
+        assert!((1..600).contains(&invalid), "{invalid}");
+    }
+
+    #[test]
+    fn exact_cases_have_all_their_kinds() {
+        let cases = || (0..COUNT).map(|index| Class::E.case::<3>(1, index));
+        let some = |is: fn(&Case<3>) -> bool| cases().filter(is).count() > 100;
+        assert!(some(|case| case.iter().all(|x| *x == case[0])));
+        assert!(some(|case| case
+            .iter()
+            .all(|x| x.p1 == x.p0 && x.v0 == 0.0 && x.v1 == 0.0)));
+        assert!(some(|case| case
+            .iter()
+            .any(|x| x.v0 > x.v_max && x.a0 > 0.0)));
+        assert!(some(|case| case.iter().any(|x| x.a0 < x.a_min)));
+        assert!(some(|case| case.iter().any(|x| x.v1 == x.v_max)));
+    }
+
+    #[test]
+    fn a_class_is_read_by_its_letter() {
+        for class in Class::ALL {
+            assert_eq!(class.letter().parse(), Ok(class));
+        }
+        assert!("r".parse::<Class>().is_err() && "RT".parse::<Class>().is_err());
+    }
+}

@@ -151,3 +151,111 @@ fn not_measured(name: &'static str, wanted: String) -> Goal {
         met: false,
     }
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::report::{About, CostRow, SampleRow};
+    use crate::tally::{Found, Tallies};
+
+    fn report(share: f64, instructions: Option<f64>) -> Report {
+        let cost = |planner, factor: f64| Cost {
+            planner,
+            ns: 1000.0 * factor,
+            spread: 0.0,
+            p99_ns: 0.0,
+            median_ns: 100.0,
+            worst_ns: 200.0 * factor,
+            instructions: instructions.map(|x| x * factor),
+        };
+        let costs = [
+            cost(Planner::Ours, share),
+            cost(Planner::Ruckig, 1.0),
+            cost(Planner::Rsruckig, 1.0),
+        ];
+        let row = |class| CostRow {
+            class,
+            axes: AXES,
+            costs,
+        };
+        Report {
+            about: About {
+                cpu: String::new(),
+                seed: 1,
+                cases: 0,
+                axes: AXES,
+            },
+            classes: vec![(Class::R, Tallies::default())],
+            costs: [Class::R, Class::T, Class::S].map(row).into(),
+            samples: vec![SampleRow {
+                class: Class::R,
+                axes: AXES,
+                ns: [(8.0 * share, 0.0), (10.0, 0.0), (1.0, 0.0)],
+            }],
+        }
+    }
+
+    fn met(report: &Report) -> Vec<bool> {
+        goals(report).iter().map(|goal| goal.met).collect()
+    }
+
+    #[test]
+    fn goals_are_met_up_to_their_bound() {
+        assert_eq!(met(&report(0.35, Some(9.0))), [true; 6]);
+        assert_eq!(
+            met(&report(0.36, None)),
+            [false, true, true, true, true, true]
+        );
+        assert_eq!(
+            met(&report(1.01, None)),
+            [false, false, false, true, false, false]
+        );
+        assert_eq!(
+            met(&report(f64::NAN, None)),
+            [false, false, false, true, false, false]
+        );
+    }
+
+    #[test]
+    fn more_instructions_than_allowed_miss_a_goal_that_time_meets() {
+        let mut report = report(0.35, Some(9.0));
+        report.costs[0].costs[0].instructions = Some(4.0);
+        assert_eq!(met(&report), [false, true, true, true, true, true]);
+    }
+
+    #[test]
+    fn quality_counts_everything_of_ours() {
+        let found = Found {
+            count: 1,
+            examples: vec![3],
+        };
+        for spoil in [
+            (|tally, found| tally.faulty = found) as fn(&mut Tally, Found),
+            |tally, found| tally.off_end = found,
+            |tally, found| tally.against.longer = found,
+            |tally, found| {
+                tally.errors.insert("e".into(), found);
+            },
+        ] {
+            let mut report = report(0.1, None);
+            spoil(report.classes[0].1.of_mut(Planner::Ours), found.clone());
+            assert!(!met(&report)[3]);
+        }
+        let mut report = report(0.1, None);
+        report.classes[0].1.of_mut(Planner::Ruckig).faulty = found;
+        assert!(met(&report)[3]);
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_met() {
+        let mut report = report(0.1, None);
+        report.classes.clear();
+        report.costs.clear();
+        report.samples.clear();
+        assert!(
+            goals(&report)
+                .iter()
+                .all(|goal| !goal.met && goal.got.is_none())
+        );
+    }
+}

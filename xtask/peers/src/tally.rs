@@ -245,6 +245,11 @@ impl Tallies {
         &self.0[planner as usize]
     }
 
+    #[cfg(test)]
+    pub(crate) fn of_mut(&mut self, planner: Planner) -> &mut Tally {
+        &mut self.0[planner as usize]
+    }
+
     /// Counts a case; what was said in the order of [`Planner::ALL`].
     pub fn note(&mut self, case: u64, said: &[Judged; Planner::ALL.len()]) {
         let ruckig = &said[Planner::Ruckig as usize];
@@ -258,5 +263,120 @@ impl Tallies {
         for (tally, other) in self.0.iter_mut().zip(&other.0) {
             tally.merge(other);
         }
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::plan::Plan;
+
+    fn planned(duration: f64, velocity: f64) -> Judged {
+        let plan = Plan {
+            duration,
+            axes: vec![],
+        };
+        Judged {
+            outcome: Outcome::Planned(plan),
+            amounts: Some(Amounts {
+                velocity,
+                ..Amounts::default()
+            }),
+        }
+    }
+
+    fn without(outcome: Outcome) -> Judged {
+        Judged {
+            outcome,
+            amounts: None,
+        }
+    }
+
+    fn refused() -> Judged {
+        without(Outcome::Refused("r".into()))
+    }
+
+    fn failed() -> Judged {
+        without(Outcome::Failed("f".into()))
+    }
+
+    #[test]
+    fn a_refusal_is_an_error_only_where_ruckig_takes_the_question() {
+        let mut tally = Tally::default();
+        tally.note(1, &refused(), &refused());
+        tally.note(2, &failed(), &refused());
+        assert_eq!((tally.refused, tally.error_count()), (2, 0));
+        tally.note(3, &refused(), &planned(1.0, 0.0));
+        tally.note(4, &failed(), &failed());
+        assert_eq!((tally.refused, tally.error_count()), (2, 2));
+        assert_eq!(tally.errors["refused: r"].examples, [3]);
+        tally.note(5, &planned(1.0, 0.0), &refused());
+        assert_eq!((tally.planned, tally.beyond), (1, 1));
+    }
+
+    #[test]
+    fn durations_are_compared_between_plans_without_violation_only() {
+        let mut tally = Tally::default();
+        tally.note(1, &planned(1.0, 0.0), &planned(1.0, 1e-8));
+        tally.note(2, &planned(2.0, 1e-8), &planned(1.0, 0.0));
+        tally.note(3, &planned(2.0, 0.0), &failed());
+        assert_eq!(tally.against.compared, 0);
+        assert_eq!(
+            (tally.faulty.count, tally.faulty.examples.as_slice()),
+            (1, &[2][..])
+        );
+        tally.note(4, &planned(1.0 + 2e-9, 0.0), &planned(1.0, 0.0));
+        tally.note(5, &planned(1.0 - 2e-9, 0.0), &planned(1.0, 0.0));
+        tally.note(6, &planned(1.0 + 5e-10, 0.0), &planned(1.0, 0.0));
+        assert_eq!(tally.against.compared, 3);
+        assert_eq!(tally.against.longer.examples, [4]);
+        assert_eq!(tally.against.shorter.examples, [5]);
+        assert_eq!(
+            (
+                tally.against.most_longer.case,
+                tally.against.most_shorter.case
+            ),
+            (4, 5)
+        );
+    }
+
+    #[test]
+    fn what_threads_counted_adds_up_in_any_order() {
+        let part = |cases: [u64; 4]| {
+            let mut tally = Tally::default();
+            for case in cases {
+                let velocity = if case % 2 == 0 { 1e-8 } else { 0.0 };
+                tally.note(case, &planned(1.0, velocity), &planned(1.0, 0.0));
+            }
+            tally.note(cases[0], &failed(), &planned(1.0, 0.0));
+            tally
+        };
+        let parts = [
+            part([8, 1, 2, 3]),
+            part([4, 12, 6, 7]),
+            part([10, 9, 14, 11]),
+        ];
+        let sum = |order: [usize; 3]| {
+            let mut all = Tally::default();
+            order.into_iter().for_each(|i| all.merge(&parts[i]));
+            all
+        };
+        let all = sum([0, 1, 2]);
+        assert_eq!(all, sum([2, 0, 1]));
+        assert_eq!(
+            (all.planned, all.faulty.count, all.error_count()),
+            (12, 7, 3)
+        );
+        assert_eq!(all.faulty.examples, [2, 4, 6, 8, 10]);
+        assert_eq!((all.worst[3].value, all.worst[3].case), (1e-8, 2));
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_the_worst() {
+        let mut worst = Worst::default();
+        worst.note(1.0, 7);
+        worst.note(f64::NAN, 8);
+        worst.note(2.0, 9);
+        assert!(worst.value.is_nan() && worst.case == 8);
     }
 }

@@ -154,3 +154,25 @@ fn rounds<T, const M: usize>(
 fn as_f64(count: usize) -> f64 {
     count as f64
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn the_median_of_medians_and_its_spread_are_taken_for_each() {
+        // the second subject's rounds have medians 10, 30 and 20; the first's never change
+        let mut calls = [0, 0];
+        let mut subjects = [0_usize, 1];
+        let [still, moving] = rounds(&mut subjects, |which| {
+            let call = calls[*which];
+            calls[*which] += 1;
+            let round = [10.0, 30.0, 20.0][call / REPEATS];
+            let noise = [0.0, 5.0, -5.0][call % 3];
+            if *which == 0 { 7.0 } else { round + noise }
+        });
+        assert_eq!(still, (7.0, 0.0));
+        assert_eq!(moving, (20.0, 1.0));
+        assert_eq!(calls, [ROUNDS * REPEATS; 2]);
+    }
+}
