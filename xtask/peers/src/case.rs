@@ -29,6 +29,14 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// Whether the lower limits mirror the upper ones.
+    #[must_use]
+    pub fn is_symmetric(&self) -> bool {
+        #[expect(clippy::float_cmp, reason = "the same numbers or others")]
+        let mirrored = [self.v_min, self.a_min] == [-self.v_max, -self.a_max];
+        mirrored
+    }
+
     /// Whether the end may be asked for: inside the limits of velocity and acceleration, and
     /// reached without having left those of velocity just before.
     ///

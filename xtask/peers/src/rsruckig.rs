@@ -54,9 +54,7 @@ impl<const N: usize> Rsruckig<N> {
 
 fn input<const N: usize>(case: &Case<N>) -> InputParameter<N> {
     let each = |of: fn(&Axis) -> f64| DataArrayOrVec::Stack(case.each_ref().map(of));
-    let symmetric = case
-        .iter()
-        .all(|x| [x.v_min, x.a_min] == [-x.v_max, -x.a_max]);
+    let symmetric = case.iter().all(Axis::is_symmetric);
     let mut input = InputParameter::new(None);
     input.current_position = each(|x| x.p0);
     input.current_velocity = each(|x| x.v0);

@@ -90,7 +90,9 @@ pub fn plans<const N: usize>(class: Class, seed: u64) -> [Cost; Planner::ALL.len
             batch.calls(&mut least);
         }
         let overhead = clock::overhead_ns();
-        least.iter_mut().for_each(|ns| *ns -= overhead);
+        for ns in &mut least {
+            *ns -= overhead;
+        }
         least.sort_by(f64::total_cmp);
         least
     });
@@ -121,7 +123,9 @@ pub fn samples<const N: usize>(class: Class, seed: u64) -> [(f64, f64); Planner:
     let mut cases = cases::<N>(class, seed);
     cases.truncate(SAMPLED);
     let mut batches = Planner::ALL.map(|planner| planner.batch(&cases));
-    batches.iter_mut().for_each(|batch| batch.keep());
+    for batch in &mut batches {
+        batch.keep();
+    }
     let count = as_f64(SAMPLED * SAMPLES);
     rounds(&mut batches, |batch| {
         let began = clock::thread_ns();

@@ -195,7 +195,7 @@ fn state_sum(phases: &[Phase], t: f64) -> f64 {
 
 #[test]
 fn what_is_sampled_is_what_is_judged() {
-    const SAMPLES: usize = 97;
+    const SAMPLES: u32 = 97;
     let cases: Vec<Case<3>> = (0..50).map(|index| Class::T.case(2, index)).collect();
     for planner in Planner::ALL {
         let mut batch = planner.batch(&cases);
@@ -203,12 +203,12 @@ fn what_is_sampled_is_what_is_judged() {
         for at in 0..cases.len() {
             let plan = plan(batch.as_mut(), at);
             for i in 0..SAMPLES {
-                let t = i as f64 * (plan.duration / SAMPLES as f64);
+                let t = f64::from(i) * (plan.duration / f64::from(SAMPLES));
                 sum += plan.axes.iter().map(|axis| state_sum(axis, t)).sum::<f64>();
             }
         }
         batch.keep();
-        let sampled = batch.sample(SAMPLES);
+        let sampled = batch.sample(SAMPLES as usize);
         // 15 000 states of size 10, each rounded a few times; a time on the edge of a phase could
         // choose the other jerk, which these cases do not
         assert!((sampled - sum).abs() < 1e-8, "{planner}: {sampled} {sum}");

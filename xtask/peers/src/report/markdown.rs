@@ -108,12 +108,12 @@ fn findings(planner: Planner, tally: &Tally) -> Vec<String> {
     let mut say = |what: &str, cases: &Found, worst: Option<&Worst>| {
         let Found { count, examples } = cases;
         let examples: Vec<_> = examples.iter().map(u64::to_string).collect();
-        let mut text = format!("{what}: {count} (cases {}", examples.join(", "));
-        if let Some(Worst { value, case }) = worst {
-            text.push_str(&format!("; worst {value:.1e} in case {case}"));
-        }
+        let worst = worst.map_or_else(String::new, |Worst { value, case }| {
+            format!("; worst {value:.1e} in case {case}")
+        });
         if *count > 0 {
-            found.push(text + ")");
+            let examples = examples.join(", ");
+            found.push(format!("{what}: {count} (cases {examples}{worst})"));
         }
     };
     for (why, cases) in &tally.errors {
