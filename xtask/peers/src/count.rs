@@ -1,9 +1,10 @@
-//! Instructions, counted by callgrind around a copy of this process.
+//! Instructions, counted by callgrind around a copy of this program.
 
 use crate::class::Class;
 use crate::planner::Planner;
 use crate::timing;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// What the copy is asked for: one batch, planned once.
@@ -14,6 +15,7 @@ pub const ONCE: &str = "--once";
 /// # Errors
 /// In words: valgrind failed, or counted nothing.
 pub fn instructions(
+    program: &Path,
     class: Class,
     seed: u64,
     axes: usize,
@@ -21,14 +23,13 @@ pub fn instructions(
 ) -> Result<Option<f64>, String> {
     let name = format!("mrroc-peers-{}-{planner}.callgrind", std::process::id());
     let file = std::env::temp_dir().join(name);
-    let own = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
     let mut valgrind = Command::new("valgrind");
     valgrind
         .args(["-q", "--tool=callgrind", "--collect-atstart=no"])
         // the one function of each planner inside which measured work happens
         .arg("--toggle-collect=*measured_work*")
         .arg(format!("--callgrind-out-file={}", file.display()))
-        .arg(own)
+        .arg(program)
         .args([ONCE, planner.name(), "--classes", class.letter()])
         .args(["--seed", &seed.to_string(), "--axes", &axes.to_string()])
         .stdout(Stdio::null())
@@ -47,9 +48,18 @@ pub fn instructions(
 }
 
 /// The work to be counted: a batch planned once.
-pub fn once<const N: usize>(class: Class, seed: u64, planner: Planner) {
-    let cases = timing::cases::<N>(class, seed);
+///
+/// # Errors
+/// As [`timing::cases`].
+pub fn once<const N: usize>(
+    program: &Path,
+    class: Class,
+    seed: u64,
+    planner: Planner,
+) -> io::Result<()> {
+    let cases = timing::cases::<N>(program, class, seed)?;
     planner.batch(&cases).run();
+    Ok(())
 }
 
 /// Instructions in a file of callgrind.

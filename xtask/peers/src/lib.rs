@@ -9,6 +9,7 @@
 //! | [`planner`] | who is compared |
 //! | [`ours`] | the planner of `motion` |
 //! | [`ruckig`] | the C++ original of Ruckig |
+//! | [`apart`] | the same in a process of its own |
 //! | [`rsruckig`] | its port to Rust |
 //! | [`judge`](mod@judge) | what an answer does wrong |
 //! | [`tally`] | what is counted |
@@ -21,6 +22,7 @@
 //!
 //! A package of its own: its dependencies are fetched on demand and are no part of the product.
 
+pub mod apart;
 pub mod case;
 pub mod class;
 pub mod clock;

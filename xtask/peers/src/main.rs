@@ -5,7 +5,9 @@ use clap::{Parser, ValueEnum};
 use peers::class::Class;
 use peers::planner::Planner;
 use peers::report::{About, CostRow, Report, SampleRow, cpu, json::json, markdown::markdown};
-use peers::{correctness, count, goal, timing, with_axes};
+use peers::{apart, correctness, count, goal, timing, with_axes};
+use std::error::Error;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Numbers of axes for which cost is measured in the classes R and T; only 7 in the others.
@@ -49,23 +51,37 @@ enum Part {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    if let (Some(planner), [class, ..]) = (arguments.once, arguments.classes.as_slice()) {
-        with_axes!(arguments.axes, N => count::once::<N>(*class, arguments.seed, planner));
-        return ExitCode::SUCCESS;
+    match apart::serve() {
+        Ok(true) => return ExitCode::SUCCESS,
+        Ok(false) => {}
+        Err(_) => return ExitCode::FAILURE,
     }
-    match measure(&arguments) {
-        Ok(report) if arguments.json => println!("{:#}", json(&report)),
-        Ok(report) => print!("{}", markdown(&report)),
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("bench-motion: {error}");
-            return ExitCode::FAILURE;
+            ExitCode::FAILURE
         }
     }
-    ExitCode::SUCCESS
 }
 
-fn measure(arguments: &Arguments) -> Result<Report, String> {
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    let program = std::env::current_exe()?;
+    if let (Some(planner), [class, ..]) = (arguments.once, arguments.classes.as_slice()) {
+        let Arguments { axes, seed, .. } = *arguments;
+        with_axes!(axes, N => count::once::<N>(&program, *class, seed, planner))?;
+        return Ok(());
+    }
+    let report = measure(&program, arguments)?;
+    if arguments.json {
+        println!("{:#}", json(&report));
+    } else {
+        print!("{}", markdown(&report));
+    }
+    Ok(())
+}
+
+fn measure(program: &Path, arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     let Arguments {
         cases, seed, axes, ..
     } = *arguments;
@@ -82,33 +98,39 @@ fn measure(arguments: &Arguments) -> Result<Report, String> {
     };
     for class in &arguments.classes {
         if arguments.only != Some(Part::Cost) {
-            let tallies = with_axes!(axes, N => correctness::run::<N>(*class, seed, cases));
+            let tallies =
+                with_axes!(axes, N => correctness::run::<N>(program, *class, seed, cases))?;
             report.classes.push((*class, tallies));
         }
         if arguments.only != Some(Part::Correctness) {
-            cost(*class, seed, &mut report)?;
+            cost(program, *class, seed, &mut report)?;
         }
     }
     Ok(report)
 }
 
-fn cost(class: Class, seed: u64, report: &mut Report) -> Result<(), String> {
+fn cost(
+    program: &Path,
+    class: Class,
+    seed: u64,
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
     let small_too = matches!(class, Class::R | Class::T);
     for axes in COST_AXES {
         if axes != goal::AXES && !small_too {
             continue;
         }
         eprintln!("   {class}: cost of {axes} axes");
-        let mut costs = with_axes!(axes, N => timing::plans::<N>(class, seed));
+        let mut costs = with_axes!(axes, N => timing::plans::<N>(program, class, seed))?;
         if axes == goal::AXES {
             for cost in &mut costs {
                 eprintln!("   {class}: instructions of {}", cost.planner);
-                cost.instructions = count::instructions(class, seed, axes, cost.planner)?;
+                cost.instructions = count::instructions(program, class, seed, axes, cost.planner)?;
             }
         }
         report.costs.push(CostRow { class, axes, costs });
         if small_too {
-            let ns = with_axes!(axes, N => timing::samples::<N>(class, seed));
+            let ns = with_axes!(axes, N => timing::samples::<N>(program, class, seed))?;
             report.samples.push(SampleRow { class, axes, ns });
         }
     }

@@ -1,11 +1,14 @@
 //! What a plan costs, and what a sample of it.
 
+use crate::apart::Apart;
 use crate::case::Case;
 use crate::class::Class;
 use crate::clock;
 use crate::judge::judge;
-use crate::plan::{Batch, Outcome};
+use crate::plan::Outcome;
 use crate::planner::Planner;
+use std::io;
+use std::path::Path;
 
 /// Cases in a batch: their inputs and results do not fit the first cache, as in life.
 pub const BATCH: usize = 1024;
@@ -41,42 +44,44 @@ pub struct Cost {
     pub instructions: Option<f64>,
 }
 
-/// Cases that every planner plans without violation, the first of the class.
+/// Cases that every planner plans without violation, the first of the class. `program` is what Ruckig
+/// is run in for that: it calls [`apart::serve`](crate::apart::serve) first of all.
 ///
-/// # Panics
-/// If there are not enough of them among very many.
-#[must_use]
-pub fn cases<const N: usize>(class: Class, seed: u64) -> Vec<Case<N>> {
+/// # Errors
+/// Ruckig's own process cannot be started, or there are not enough such cases among very many.
+pub fn cases<const N: usize>(program: &Path, class: Class, seed: u64) -> io::Result<Vec<Case<N>>> {
     let mut chosen = Vec::with_capacity(BATCH);
-    let mut candidates = 0..MOST_CANDIDATES;
-    while chosen.len() < BATCH {
-        let part: Vec<Case<N>> = candidates
-            .by_ref()
-            .take(BATCH)
-            .map(|index| class.case(seed, index))
-            .collect();
-        assert!(!part.is_empty(), "{class}: not enough cases all can plan");
-        let mut batches = Planner::ALL.map(|planner| planner.batch(&part));
-        for (at, case) in part.iter().enumerate() {
-            let good = |batch: &mut Box<dyn Batch>| match batch.plan(at) {
-                Outcome::Planned(plan) => judge(case, &plan).pass(),
-                Outcome::Refused(_) | Outcome::Failed(_) => false,
-            };
-            if chosen.len() < BATCH && batches.iter_mut().all(good) {
-                chosen.push(*case);
-            }
+    let mut ruckig = Apart::new(program, class, seed, N, 0..MOST_CANDIDATES);
+    for index in 0..MOST_CANDIDATES {
+        let case = class.case(seed, index);
+        let good = |outcome| match outcome {
+            Outcome::Planned(plan) => judge(&case, &plan).pass(),
+            Outcome::Refused(_) | Outcome::Failed(_) => false,
+        };
+        let [ours, rsruckig] =
+            [Planner::Ours, Planner::Rsruckig].map(|planner| good(planner.batch(&[case]).plan(0)));
+        if good(ruckig.ask_next()?) && ours && rsruckig {
+            chosen.push(case);
+        }
+        if chosen.len() == BATCH {
+            return Ok(chosen);
         }
     }
-    chosen
+    Err(io::Error::other(format!(
+        "{class}: not enough cases all plan"
+    )))
 }
 
 /// Times every planner on the same cases; instructions are not counted here.
 ///
-/// # Panics
+/// # Errors
 /// As [`cases`].
-#[must_use]
-pub fn plans<const N: usize>(class: Class, seed: u64) -> [Cost; Planner::ALL.len()] {
-    let cases = cases::<N>(class, seed);
+pub fn plans<const N: usize>(
+    program: &Path,
+    class: Class,
+    seed: u64,
+) -> io::Result<[Cost; Planner::ALL.len()]> {
+    let cases = cases::<N>(program, class, seed)?;
     let mut batches = Planner::ALL.map(|planner| planner.batch(&cases));
     let count = as_f64(cases.len());
     let medians = rounds(&mut batches, |batch| {
@@ -111,27 +116,30 @@ pub fn plans<const N: usize>(class: Class, seed: u64) -> [Cost; Planner::ALL.len
     for (cost, medians) in costs.iter_mut().zip(medians) {
         (cost.ns, cost.spread) = medians;
     }
-    costs
+    Ok(costs)
 }
 
 /// What a sample of a motion costs each planner, CPU ns, and the spread of the rounds.
 ///
-/// # Panics
+/// # Errors
 /// As [`cases`].
-#[must_use]
-pub fn samples<const N: usize>(class: Class, seed: u64) -> [(f64, f64); Planner::ALL.len()] {
-    let mut cases = cases::<N>(class, seed);
+pub fn samples<const N: usize>(
+    program: &Path,
+    class: Class,
+    seed: u64,
+) -> io::Result<[(f64, f64); Planner::ALL.len()]> {
+    let mut cases = cases::<N>(program, class, seed)?;
     cases.truncate(SAMPLED);
     let mut batches = Planner::ALL.map(|planner| planner.batch(&cases));
     for batch in &mut batches {
         batch.keep();
     }
     let count = as_f64(SAMPLED * SAMPLES);
-    rounds(&mut batches, |batch| {
+    Ok(rounds(&mut batches, |batch| {
         let began = clock::thread_ns();
         std::hint::black_box(batch.sample(SAMPLES));
         (clock::thread_ns() - began) / count
-    })
+    }))
 }
 
 /// For each subject: the median of the rounds' medians, and their spread relative to it.

@@ -1,6 +1,7 @@
 //! The planners, as they are asked here: an answer known by formula, bad questions, and that what is
 //! timed and sampled is what is judged.
 
+use peers::apart::Apart;
 use peers::case::{Axis, Case};
 use peers::class::Class;
 use peers::judge::judge;
@@ -213,4 +214,37 @@ fn what_is_sampled_is_what_is_judged() {
         // choose the other jerk, which these cases do not
         assert!((sampled - sum).abs() < 1e-8, "{planner}: {sampled} {sum}");
     }
+}
+
+#[test]
+fn a_crash_of_ruckig_costs_one_case_and_no_other() {
+    // in version 0.19.4 case 53866 may kill it
+    let range = 53_860..53_872;
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_compare"));
+    let mut apart = Apart::new(program, Class::E, 1, 7, range.clone());
+    for index in range {
+        let outcome = apart.ask_next().unwrap();
+        if index == 53_866 {
+            continue;
+        }
+        let alone = Planner::Ruckig
+            .batch(&[Class::E.case::<7>(1, index)])
+            .plan(0);
+        assert_eq!(outcome, alone, "{index}");
+    }
+}
+
+#[test]
+fn a_process_that_says_nothing_is_an_error_and_no_outcome() {
+    let nobody = std::path::Path::new("no such program");
+    assert!(Apart::new(nobody, Class::R, 1, 1, 0..2).ask_next().is_err());
+    // not a class for which anything is planned: it ends by itself
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_oracle"));
+    let error = Apart::new(program, Class::R, 1, 5, 0..2)
+        .ask_next()
+        .unwrap_err();
+    assert!(
+        error.to_string().contains("Ruckig's own process"),
+        "{error}"
+    );
 }

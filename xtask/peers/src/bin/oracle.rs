@@ -8,17 +8,15 @@
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser as _;
+use peers::apart::{self, Apart};
 use peers::case::Case;
 use peers::class::Class;
-use peers::plan::{Batch as _, Outcome, Phase};
-use peers::ruckig::Ruckig;
+use peers::plan::{Outcome, Phase};
 use peers::with_axes;
 use serde_json::{Value, json};
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
 use std::process::ExitCode;
-
-/// Cases handed to Ruckig at once.
-const CHUNK: usize = 1024;
 
 /// What Ruckig says, a line of JSON for each case
 #[derive(Parser)]
@@ -45,8 +43,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match with_axes!(arguments.axes, N => answer::<N>(&arguments)) {
+    match run() {
         Ok(()) => ExitCode::SUCCESS,
         // whoever reads has had enough
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
@@ -57,21 +54,24 @@ fn main() -> ExitCode {
     }
 }
 
-fn answer<const N: usize>(arguments: &Arguments) -> io::Result<()> {
+fn run() -> io::Result<()> {
+    if apart::serve()? {
+        return Ok(());
+    }
+    let arguments = Arguments::parse();
+    let program = std::env::current_exe()?;
+    with_axes!(arguments.axes, N => answer::<N>(&program, &arguments))
+}
+
+fn answer<const N: usize>(program: &Path, arguments: &Arguments) -> io::Result<()> {
+    let Arguments { class, seed, .. } = *arguments;
     let mut out = BufWriter::new(io::stdout().lock());
-    let last = arguments.first.saturating_add(arguments.count);
-    for begin in (arguments.first..last).step_by(CHUNK) {
-        let indices = (begin..last).take(CHUNK);
-        let cases: Vec<Case<N>> = indices
-            .clone()
-            .map(|index| arguments.class.case(arguments.seed, index))
-            .collect();
-        let mut ruckig = Ruckig::new(&cases);
-        for ((index, case), at) in indices.zip(&cases).zip(0..) {
-            let mut line = question(arguments.class, index, case);
-            line["ruckig"] = said(&ruckig.plan(at), arguments.phases);
-            writeln!(out, "{line}")?;
-        }
+    let cases = arguments.first..arguments.first.saturating_add(arguments.count);
+    let mut ruckig = Apart::new(program, class, seed, N, cases.clone());
+    for index in cases {
+        let mut line = question::<N>(class, index, &class.case(seed, index));
+        line["ruckig"] = said(&ruckig.ask_next()?, arguments.phases);
+        writeln!(out, "{line}")?;
     }
     out.flush()
 }
