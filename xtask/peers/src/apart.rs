@@ -2,7 +2,7 @@
 //! it writes beyond an array on its stack where an axis has more possible profiles than it expects
 //! (`PositionThirdOrderStep1::add_profile`), and is killed, with whoever called it.
 //!
-//! The child is this same program, started with [`APART`]: it plans a range of cases and writes each
+//! The child is this same program, started by [`Apart`]: it plans a range of cases and writes each
 //! outcome to its standard output before it begins the next.
 
 use crate::class::Class;

@@ -84,7 +84,7 @@ pub struct Tally {
 pub struct Against {
     /// Cases compared: both have a plan without violation.
     pub compared: u64,
-    /// Longer by more than [`TOLERANCE`], s; and the worst, s.
+    /// Longer by more than [`TOLERANCE`], s.
     pub longer: Found,
     /// The worst of those, s.
     pub most_longer: Worst,
