@@ -40,7 +40,7 @@ pub(crate) fn run(json: bool) -> Result<Findings> {
 }
 
 /// Builds something and says where it is.
-fn built(arguments: &[&str], name: &str) -> Result<PathBuf> {
+pub(crate) fn built(arguments: &[&str], name: &str) -> Result<PathBuf> {
     let line = arguments.join(" ");
     let output = cargo(arguments)
         .arg("--message-format=json-render-diagnostics")

@@ -8,12 +8,14 @@
 //! | [`fault_pages`] | every fault code has its page, every page its code |
 //! | [`no_std`] | the crates of the microcontroller, built for one |
 //! | [`mod@bench`] | what a step, a message and the main job cost |
-//! | [`ci`] | everything above, the build, the main job and the tests |
+//! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
+//! | [`ci`] | every check above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
 //! line each. Exit code 0: all passed; 1: some failed; 2: wrong usage.
 
 mod bench;
+mod bench_motion;
 mod ci;
 mod deps;
 mod fault_pages;
@@ -25,6 +27,7 @@ mod text;
 
 use clap::{Parser, Subcommand};
 use report::Report;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Every command of CI, typed.
@@ -35,7 +38,7 @@ struct Cli {
     command: Task,
 }
 
-#[derive(Clone, Copy, Subcommand)]
+#[derive(Subcommand)]
 enum Task {
     /// Check who imports whom
     Deps {
@@ -55,6 +58,16 @@ enum Task {
         #[arg(long)]
         json: bool,
     },
+    /// Measure the motion planner beside Ruckig and rsruckig, fetched and built on demand
+    ///
+    /// The arguments are those of the comparison: --cases N (of each class, 20000), --classes
+    /// R,T,S,N,H,E, --seed N, --axes N, --only correctness or cost, --json; `-- --help` tells more. It
+    /// needs a C++ compiler, and valgrind to count instructions. Nothing of it is part of the build.
+    BenchMotion {
+        /// Passed to the comparison
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Run everything CI runs, in its order
     Ci,
 }
@@ -68,6 +81,9 @@ fn main() -> ExitCode {
         Task::Docs => report.run("docs", fault_pages::check),
         Task::NoStd => report.run("no-std", no_std::check),
         Task::Bench { json } => report.run("bench", || bench::run(json)),
+        Task::BenchMotion { arguments } => {
+            report.run("bench-motion", || bench_motion::run(&arguments));
+        }
         Task::Ci => ci::run_all(&mut report),
     }
     report.finish()
