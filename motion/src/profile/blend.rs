@@ -4,7 +4,7 @@ use super::brake::Brake;
 use super::check::turning_points;
 use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
-use super::gain::Pulse;
+use super::gain::{Change, Pulse};
 use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
 use crate::scalar::{SIXTH, larger, smaller, within};
@@ -267,11 +267,12 @@ impl Pen<'_> {
     }
 
     /// A change of velocity; the motion ends wherever that leads.
-    pub(super) fn gain(&mut self, brake: &Brake, rising: &Pulse, falling: &Pulse, share: f64) {
+    pub(super) fn gain(&mut self, brake: &Brake, change: &Change) {
         let [first, second] = brake.times;
         self.draw(first, brake.jerk, self.a);
         self.draw(second, 0.0, self.a);
-        let (rising, falling) = (pulse(rising, 1.0), pulse(falling, -1.0));
+        let share = change.share;
+        let (rising, falling) = (pulse(&change.rising, 1.0), pulse(&change.falling, -1.0));
         if share >= 1.0 {
             self.follow(&rising);
         } else if share <= 0.0 {
@@ -279,6 +280,7 @@ impl Pen<'_> {
         } else {
             self.mean(&rising, &falling, share);
         }
+        self.draw(change.kept, 0.0, 0.0);
         self.out.end.p = self.from + self.x * self.scale;
     }
 

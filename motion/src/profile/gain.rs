@@ -77,14 +77,11 @@ impl Gain {
         self.joinable.from
     }
 
-    /// The pulses up and down in `time`, and the share of the first; or the next possible time.
-    pub(super) fn at(&self, time: f64) -> Result<(Pulse, Pulse, f64), Verdict> {
-        if let Some((from, to)) = self.joinable.gap
-            && from < time
-            && time < to
-        {
-            return Err(Verdict::NotBefore(to));
-        }
+    /// The change of velocity in `time`, or the next possible time.
+    ///
+    /// Without an acceleration at the end it is made as soon as possible and the velocity kept: so the
+    /// velocity stays between its ends, whatever the time. With one, it must arrive in that moment.
+    pub(super) fn at(&self, time: f64) -> Result<Change, Verdict> {
         let Task {
             v0,
             a0,
@@ -94,6 +91,18 @@ impl Gain {
             a_down,
             ..
         } = self.task;
+        let kept = if libm::fabs(a1) > 0.0 {
+            0.0
+        } else {
+            larger(time - self.joinable.from, 0.0)
+        };
+        let time = time - kept;
+        if let Some((from, to)) = self.joinable.gap
+            && from < time
+            && time < to
+        {
+            return Err(Verdict::NotBefore(to));
+        }
         let rising = Pulse::in_time(a0, a1, a_up, time);
         let falling = Pulse::in_time(-a0, -a1, a_down, time);
         let (most, least) = (rising.gain(), -falling.gain());
@@ -102,6 +111,22 @@ impl Gain {
         } else {
             1.0
         };
-        Ok((rising, falling, within(share, 0.0, 1.0)))
+        Ok(Change {
+            rising,
+            falling,
+            share: within(share, 0.0, 1.0),
+            kept,
+        })
     }
+}
+
+/// A mean of two pulses, and then a velocity kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub(super) rising: Pulse,
+    pub(super) falling: Pulse,
+    /// Of the rising one.
+    pub(super) share: f64,
+    /// How long the velocity is kept.
+    pub(super) kept: f64,
 }

@@ -105,7 +105,7 @@ fn limited_once(distance: f64, low: f64, high: f64) -> f64 {
     let mut y = smaller(high, libm::cbrt(2.0 / 3.0 * distance));
     for _ in 0..MOST_NEWTON {
         let step = f(y) / slope(y);
-        if !(step > 1e-9 * y) {
+        if step <= 1e-9 * y || step.is_nan() {
             return y - step;
         }
         y -= step;

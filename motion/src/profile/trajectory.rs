@@ -362,14 +362,14 @@ impl<'a> Asked<'a> {
             Way::Gaining(gain) => {
                 let brake = gain.brake.duration();
                 let left = left_of(time, brake, gain.earliest());
-                let (rising, falling, share) = match gain.at(left) {
+                let change = match gain.at(left) {
                     Err(Verdict::NotBefore(later)) if later - left <= rounding(time) => {
                         gain.at(later)
                     }
                     found => found,
                 }
                 .map_err(|verdict| verdict.after(brake))?;
-                pen.gain(&gain.brake, &rising, &falling, share);
+                pen.gain(&gain.brake, &change);
             }
             Way::Moving {
                 brake,

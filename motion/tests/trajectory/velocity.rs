@@ -66,8 +66,8 @@ proptest! {
     }
 
     #[test]
-    fn it_can_stop_from_any_state(request in several::<3>(from_anywhere(-0.5, 0.7))) {
-        let synchronisation = Synchronisation::None;
+    fn it_can_stop_from_any_state(request in several::<3>(from_anywhere(-0.5, 0.7)), alone in any::<bool>()) {
+        let synchronisation = if alone { Synchronisation::None } else { Synchronisation::Time };
         let request = Request { end: [Boundary::default(); 3], synchronisation, ..request };
         let trajectory = planned(&request);
         prop_assert_eq!(trajectory.check(&request), Ok(()));
