@@ -89,6 +89,18 @@ impl Peer {
                 self.fault = None;
                 self.state = self.rest();
             }
+            Request::Path {
+                epoch,
+                first,
+                elements,
+            } => {
+                self.authorise(from, epoch)?;
+                return self.take_path(first, &elements);
+            }
+            Request::FeedOverride { epoch, share } => {
+                self.authorise(from, epoch)?;
+                self.path.overrides.push((now, share));
+            }
             Request::SelectServo { epoch, .. }
             | Request::SetTool { epoch, .. }
             | Request::Trace { epoch, .. } => self.authorise(from, epoch)?,
