@@ -126,6 +126,7 @@ fn observers_are_told_the_way() {
             }
             Segment::Line { .. } => "line",
             Segment::Carry { .. } => "carry",
+            Segment::Path(_) => "path",
         };
         if seen.last() != Some(&name) {
             seen.push(name);
