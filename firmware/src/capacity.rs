@@ -16,3 +16,24 @@ pub const DRIVE_BUSES: usize = 2;
 
 /// Events that wait for transmission: one per axis (drive ready) and as many more.
 pub const EVENTS: usize = 16;
+
+/// Pieces of a path that a node holds: the four spans that a curve's end yields at once, a blend and a piece
+/// for each of the elements of a macrostep, and as many behind, to go back on.
+pub const PATH_PIECES: usize = 24;
+
+/// Elements of a path that wait to be made pieces of: four requests.
+pub const PATH_INBOX: usize = 16;
+
+/// Elements made pieces of in one macrostep: 200 points a second at 20 ms.
+pub const PATH_ELEMENTS_PER_MACROSTEP: usize = 4;
+
+/// Samples of a path that the choice of speed looks at: a quarter behind, the rest ahead. At the
+/// longest distance of samples, 1 mm, it brakes within 70 mm: from 0.35 m/s at 1 m/s².
+pub const PATH_SAMPLES: usize = 96;
+
+/// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1 mm and 20 ms
+/// enough for 0.4 m/s.
+pub const PATH_SAMPLES_PER_MACROSTEP: usize = 8;
+
+/// Macrosteps over which the motion along a path is averaged: 160 ms at 20 ms; the robots here need 60 ms.
+pub const PATH_AVERAGED: usize = 8;

@@ -13,26 +13,28 @@ pub mod condition;
 pub mod generator;
 pub mod image;
 pub mod refusal;
+pub mod tool_path;
 
 pub use image::{Coordinator, Demand, EffectorImage, Sensors};
 
-use crate::capacity::KNOT_INBOX;
+use crate::capacity::{KNOT_INBOX, PATH_ELEMENTS_PER_MACROSTEP, PATH_INBOX};
 use agent::{Behaviour, Input, Move, Step, Subsystem, Wait, args};
 use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
-use generator::line_move::{PathSpeeds, Reference, Way};
-use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PoseMove};
+use generator::line_move::Reference;
+use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use motion::Pose;
 use motion::profile::AxisLimits;
 use nalgebra::Vector3;
 use protocol::fault::Refusal;
 use protocol::message::{
-    AxisSpeeds, Coordination, Decision, Instruction, KnotMessage, PoseMessage, PosePath,
-    PoseReference, PoseSpeeds, Progress,
+    AxisSpeeds, Coordination, Decision, Instruction, KnotMessage, NodeState, PathElement,
+    PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress,
 };
 use protocol::time::Micros;
 use robots::Robot;
+use tool_path::{PathSpeeds, ToolMotion, ToolPath};
 
 /// The subsystem `C_j` of a robot with N axes, as the formalism sees it.
 #[derive(Clone, Copy, Debug)]
@@ -104,8 +106,9 @@ enum Running<R, const N: usize> {
     Motors(Move<MotorMove<N>, Course<N>>),
     Joints(Move<JointMove<R, N>, Course<N>>),
     Pose(Move<PoseMove<R, N>, Course<N>>),
-    Line(Move<LineMove<R, N>, Way<N>>),
+    Line(Move<LineMove<R, N>, Result<ToolPath<N>, Refusal>>),
     Follow(Move<Follow, Followed>),
+    Path(Move<PathMove<R, N>, Result<ToolPath<N>, Refusal>>),
     Wait {
         wait: Wait<FromWire>,
         macrosteps_left: Option<u32>,
@@ -161,6 +164,10 @@ pub struct Ecp<R, const N: usize, P> {
     decision: Option<Decision>,
     inbox: heapless::Deque<KnotMessage, KNOT_INBOX>,
     end_motion: bool,
+    /// Elements of a path that wait to be taken, and the number of the one wanted next.
+    path: heapless::Deque<PathElement, PATH_INBOX>,
+    path_next: u32,
+    feed_override: f64,
     i: u32,
 }
 
@@ -180,6 +187,9 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             decision: None,
             inbox: heapless::Deque::new(),
             end_motion: false,
+            path: heapless::Deque::new(),
+            path_next: 0,
+            feed_override: 1.0,
             i: 0,
         }
     }
@@ -239,6 +249,71 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         }
     }
 
+    /// More of the path of the running instruction: which element is wanted next, and room for how many.
+    ///
+    /// # Errors
+    /// [`Refusal::WrongState`] if no path is followed.
+    pub fn extend_path(
+        &mut self,
+        first: u32,
+        elements: &[PathElement],
+    ) -> Result<(u32, u16), Refusal> {
+        if !matches!(self.running, Running::Path(_)) {
+            return Err(Refusal::WrongState {
+                state: NodeState::Holding,
+            });
+        }
+        for (number, element) in (first..).zip(elements) {
+            if number == self.path_next && self.path.push_back(*element).is_ok() {
+                self.path_next = self.path_next.saturating_add(1);
+            }
+        }
+        let room = PATH_INBOX - self.path.len();
+        Ok((self.path_next, u16::try_from(room).unwrap_or(u16::MAX)))
+    }
+
+    /// The feed rate on a path, from the next macrostep on.
+    ///
+    /// # Errors
+    /// [`Refusal::OutOfRange`]
+    pub fn override_feed(&mut self, share: f32) -> Result<(), Refusal> {
+        if !(-1.0..=1.0).contains(&share) {
+            return Err(Refusal::OutOfRange {
+                index: 0,
+                value: share,
+                lower: -1.0,
+                upper: 1.0,
+            });
+        }
+        self.feed_override = f64::from(share);
+        Ok(())
+    }
+
+    /// Elements of the path that this macrostep takes, with their numbers.
+    fn path_elements(&mut self) -> heapless::Vec<(u32, PathElement), PATH_ELEMENTS_PER_MACROSTEP> {
+        let mut taken = heapless::Vec::new();
+        let Running::Path(running) = &self.running else {
+            return taken;
+        };
+        let room = match running.own() {
+            Some(Ok(path)) => path.room(),
+            Some(Err(_)) => 0,
+            // the first step begins with an empty path
+            None => PATH_ELEMENTS_PER_MACROSTEP,
+        };
+        for _ in 0..room {
+            if taken.is_full() {
+                break;
+            }
+            let waiting = u32::try_from(self.path.len()).unwrap_or(u32::MAX);
+            let Some(element) = self.path.pop_front() else {
+                break;
+            };
+            let _ = taken.push((self.path_next.saturating_sub(waiting), element));
+        }
+        taken
+    }
+
     /// Take an instruction (R0 checks). `homed` decides what may be asked for.
     ///
     /// # Errors
@@ -293,6 +368,9 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
                 speeds,
             } => self.pose_move(target, *reference, *path, speeds)?,
             Instruction::Follow => Running::Follow(Move::new(Follow)),
+            Instruction::FollowPath { speeds } => {
+                Running::Path(Move::new(PathMove(self.tool_motion(speeds)?)))
+            }
             Instruction::Wait { until, timeout_ms } => Running::Wait {
                 wait: Wait::new(FromWire(*until)),
                 macrosteps_left: (*timeout_ms > 0).then(|| self.macrosteps(*timeout_ms)),
@@ -311,9 +389,27 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         self.id = id;
         self.start_at = start_at;
         self.progress = Progress::Pending;
-        self.inbox.clear();
-        self.end_motion = false;
+        self.clear_streams();
         Ok(())
+    }
+
+    fn tool_motion(&self, speeds: &PoseSpeeds) -> Result<ToolMotion<R, N>, Refusal> {
+        let (v, a) = (
+            self.limits.cartesian_velocity,
+            self.limits.cartesian_acceleration,
+        );
+        Ok(ToolMotion {
+            robot: self.robot,
+            t_flange_tool: self.t_flange_tool,
+            joint_limits: self.limits.joints_anywhere,
+            speeds: PathSpeeds {
+                velocity_m_s: bounded(0, speeds.velocity_m_s, v)?,
+                angular_velocity_rad_s: bounded(1, speeds.angular_velocity_rad_s, v)?,
+                acceleration_m_s2: bounded(2, speeds.acceleration_m_s2, a)?,
+                angular_acceleration_rad_s2: bounded(3, speeds.angular_acceleration_rad_s2, a)?,
+            },
+            macrostep_s: self.macrostep_s,
+        })
     }
 
     fn pose_move(
@@ -327,29 +423,19 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             PoseReference::Base => Reference::Base,
             PoseReference::Tool => Reference::Tool,
         };
-        let (v, a) = (
-            self.limits.cartesian_velocity,
-            self.limits.cartesian_acceleration,
-        );
-        let speeds = PathSpeeds {
-            velocity_m_s: bounded(0, speeds.velocity_m_s, v)?,
-            angular_velocity_rad_s: bounded(1, speeds.angular_velocity_rad_s, v)?,
-            acceleration_m_s2: bounded(2, speeds.acceleration_m_s2, a)?,
-            angular_acceleration_rad_s2: bounded(3, speeds.angular_acceleration_rad_s2, a)?,
-        };
+        let motion = self.tool_motion(speeds)?;
         let target = pose(target)?;
         Ok(match path {
             PosePath::Line => Running::Line(Move::new(LineMove {
-                robot: self.robot,
-                t_flange_tool: self.t_flange_tool,
+                motion,
                 target,
                 reference,
-                joint_limits: self.limits.joints_anywhere,
-                speeds,
-                macrostep_s: self.macrostep_s,
             })),
             PosePath::Joint => {
-                let (fv, fa) = (speeds.velocity_m_s / v, speeds.acceleration_m_s2 / a);
+                let (fv, fa) = (
+                    motion.speeds.velocity_m_s / self.limits.cartesian_velocity,
+                    motion.speeds.acceleration_m_s2 / self.limits.cartesian_acceleration,
+                );
                 Running::Pose(Move::new(PoseMove {
                     robot: self.robot,
                     motor_share: self.limits.motor_share,
@@ -378,8 +464,16 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             self.progress = Progress::Failed(Refusal::Aborted);
         }
         self.running = Running::None;
+        self.clear_streams();
+    }
+
+    /// What was streamed to an instruction is of no use to another.
+    fn clear_streams(&mut self) {
         self.inbox.clear();
         self.end_motion = false;
+        self.path.clear();
+        self.path_next = 0;
+        self.feed_override = 1.0;
     }
 
     /// One macrostep. Under tight coordination it is called again in the same macrostep while
@@ -398,6 +492,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         let c0 = Coordinator {
             says,
             end_motion: self.end_motion,
+            path: self.path_elements(),
+            feed_override: self.feed_override,
         };
         let x = Input {
             i: self.i,
@@ -414,6 +510,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             Running::Pose(b) => b.step(&x),
             Running::Line(b) => b.step(&x),
             Running::Follow(b) => b.step(&x),
+            Running::Path(b) => b.step(&x),
             Running::Wait {
                 wait,
                 macrosteps_left,

@@ -469,6 +469,19 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
                 }
                 self.ecp.set_tool(t_flange_tool)?;
             }
+            Request::Path {
+                epoch,
+                first,
+                elements,
+            } => {
+                holder(&self.session, *epoch)?;
+                let (next, room) = self.ecp.extend_path(*first, elements)?;
+                return Ok(Reply::Path { next, room });
+            }
+            Request::FeedOverride { epoch, share } => {
+                holder(&self.session, *epoch)?;
+                self.ecp.override_feed(*share)?;
+            }
             Request::Trace { epoch, every } => {
                 holder(&self.session, *epoch)?;
                 self.trace_every = *every;

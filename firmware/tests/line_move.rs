@@ -1,7 +1,8 @@
 //! The straight line on the node: its knots are consistent, on the line, and within what the EDP takes.
 
 use agent::{Behaviour, Input, Move, Step};
-use firmware::ecp::generator::line_move::{LineMove, PathSpeeds, Reference};
+use firmware::ecp::generator::line_move::{LineMove, Reference};
+use firmware::ecp::tool_path::{PathSpeeds, ToolMotion};
 use firmware::ecp::{Coordinator, Demand, EcpOf, EffectorImage, Sensors};
 use firmware::edp::EdpSetup;
 use motion::Pose;
@@ -16,20 +17,21 @@ fn knots_of_a_line_are_consistent() {
     let robot = Irp6Postument;
     let limits = EdpSetup::<6>::generator_limits(&robot, 0.2);
     let from = Joints([0.0, -1.57, 0.0, 1.2, 1.57, -1.57]);
-    let t_flange_tool = robot.description().default_tool();
     let line = LineMove {
-        robot,
-        t_flange_tool,
+        motion: ToolMotion {
+            robot,
+            t_flange_tool: robot.description().default_tool(),
+            joint_limits: limits.joints_anywhere,
+            speeds: PathSpeeds {
+                velocity_m_s: 0.5,
+                angular_velocity_rad_s: 0.5,
+                acceleration_m_s2: 0.45,
+                angular_acceleration_rad_s2: 0.45,
+            },
+            macrostep_s: H,
+        },
         target: Pose::from_rotation_vector(Vector3::new(-0.06, -0.06, 0.0), Vector3::zeros()),
         reference: Reference::Tool,
-        joint_limits: limits.joints_anywhere,
-        speeds: PathSpeeds {
-            velocity_m_s: 0.5,
-            angular_velocity_rad_s: 0.5,
-            acceleration_m_s2: 0.45,
-            angular_acceleration_rad_s2: 0.45,
-        },
-        macrostep_s: H,
     };
     let motors = robot.motors(&from).unwrap();
     let x = Input::<EcpOf<6>> {
@@ -37,6 +39,8 @@ fn knots_of_a_line_are_consistent() {
         c0: Coordinator {
             says: Coordination::None,
             end_motion: false,
+            path: heapless::Vec::new(),
+            feed_override: 1.0,
         },
         e: EffectorImage {
             motors,

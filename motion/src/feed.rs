@@ -20,6 +20,11 @@
 //! **Walls.** The motion never passes the end of a piece, nor what is known: while a stream of samples
 //! is late, it slows down and stops, and goes on when more have come. At the end of a piece it comes to
 //! rest exactly. With a negative override it runs back, as far as samples are retained.
+//!
+//! **Work.** A macrostep looks at the samples that bear on it, at most W/2 + 4, each with N + 3 limits on
+//! two chords; and as often again for every cell whose envelope has grown, at most W. With N = 6, W = 128,
+//! all limits of the tool and three samples pushed, a macrostep takes 0.6 million x86 instructions in the
+//! mean of `examples/feed_cost.rs`; without new samples the envelope stays as it is.
 
 mod average;
 mod envelope;

@@ -9,7 +9,6 @@
 //! | [`twist`] | the derivative of a pose |
 //! | [`path`] | tool paths with exact derivatives: lines, arcs, blended corners, curves through points |
 //! | [`profile`] | time-optimal jerk-limited motion between any states, and its checker |
-//! | [`path_profile`] | limits of joints and tool as limits of a path parameter |
 //! | [`feed`] | jerk-limited speed along a path, from a stream of samples of its derivatives |
 //! | [`knot`] | what an interpolator is asked to pass through, and may be asked |
 //! | [`interpolator`] | from knots to set-points at a fixed step, always able to stop |
@@ -64,7 +63,6 @@ pub mod interpolator;
 pub mod knot;
 pub mod line;
 pub mod path;
-pub mod path_profile;
 mod polynomial;
 pub mod pose;
 pub mod profile;
@@ -75,7 +73,6 @@ pub mod twist;
 pub use interpolator::{Interpolator, Output, Status};
 pub use knot::{AxisEnvelope, Knot, Setpoint};
 pub use line::Line;
-pub use path_profile::PathScan;
 pub use pose::Pose;
 pub use profile::AxisLimits;
 pub use twist::Twist;

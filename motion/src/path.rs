@@ -38,7 +38,7 @@ pub use queue::{Path, QueueError};
 pub use quintic::Quintic;
 pub use straight::Straight;
 
-use crate::pose::Pose;
+use crate::pose::{Pose, exp};
 use crate::scalar::smaller;
 use crate::twist::Twist;
 
@@ -67,6 +67,23 @@ pub struct PathPoint {
 }
 
 impl PathPoint {
+    /// The pose `ds` further on, by the derivatives here: to third order, with an error of ds⁴/24 times the fourth.
+    ///
+    /// For difference quotients that must not see where the path turns off. The rotation vector is Magnus'
+    /// expansion: `ω·ds + ω'·ds²/2 + (ω''/6 + ω'×ω/12)·ds³`.
+    #[must_use]
+    pub fn continued(&self, ds: f64) -> Pose {
+        let (p, w) = (&self.first.linear, &self.first.angular);
+        let (p2, w2) = (&self.second.linear, &self.second.angular);
+        let (p3, w3) = (&self.third.linear, &self.third.angular);
+        let way = (p + (p2 * 0.5 + p3 * (ds / 6.0)) * ds) * ds;
+        let turn = (w + (w2 * 0.5 + (w3 / 6.0 + w2.cross(w) / 12.0) * ds) * ds) * ds;
+        Pose {
+            position: self.pose.position + way,
+            rotation: exp(turn) * self.pose.rotation,
+        }
+    }
+
     /// Curvature of the path of the tool's origin, `|p'×p''|/|p'|³`, 1/m; the same for every parameter.
     ///
     /// Infinite in a cusp, where `p'` vanishes and `p''` does not; 0 where nothing moves.

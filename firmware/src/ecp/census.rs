@@ -2,7 +2,9 @@
 
 use crate::ecp::EcpOf;
 use crate::ecp::condition::{Contact, Decided, FromWire, Settled};
-use crate::ecp::generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PoseMove};
+use crate::ecp::generator::{
+    Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove,
+};
 use agent::{Always, And, Inhabitant};
 use robots::Irp6Postument;
 
@@ -10,13 +12,14 @@ type S = EcpOf<6>;
 type R = Irp6Postument;
 
 /// Everything shipped on the ECP level; none of the eight classes is neglected (\[Z1\] VIII).
-pub const ECP: [Inhabitant; 19] = [
+pub const ECP: [Inhabitant; 20] = [
     Inhabitant::generator::<S, Hold>("Hold"),
     Inhabitant::generator::<S, Guarded<Hold, Contact>>("Guarded<Hold, Contact>"),
     Inhabitant::generator::<S, MotorMove<6>>("MotorMove"),
     Inhabitant::generator::<S, JointMove<R, 6>>("JointMove"),
     Inhabitant::generator::<S, PoseMove<R, 6>>("PoseMove"),
     Inhabitant::generator::<S, LineMove<R, 6>>("LineMove"),
+    Inhabitant::generator::<S, PathMove<R, 6>>("PathMove"),
     Inhabitant::generator::<S, Guarded<JointMove<R, 6>, Contact>>("Guarded<JointMove, Contact>"),
     Inhabitant::generator::<S, Follow>("Follow"),
     Inhabitant::generator::<S, Guarded<Follow, Contact>>("Guarded<Follow, Contact>"),

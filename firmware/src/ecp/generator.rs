@@ -7,6 +7,7 @@ pub mod follow;
 pub mod guarded;
 pub mod hold;
 pub mod line_move;
+pub mod path_move;
 pub mod pose_move;
 
 pub use axis_move::{JointMove, MotorMove};
@@ -14,4 +15,5 @@ pub use follow::Follow;
 pub use guarded::Guarded;
 pub use hold::Hold;
 pub use line_move::LineMove;
+pub use path_move::PathMove;
 pub use pose_move::PoseMove;

@@ -1,8 +1,9 @@
 //! What the ECP perceives and what it demands.
 
+use crate::capacity::PATH_ELEMENTS_PER_MACROSTEP;
 use protocol::clock::Clock;
 use protocol::fault::Refusal;
-use protocol::message::Coordination;
+use protocol::message::{Coordination, PathElement};
 use protocol::time::Micros;
 use robots::{JointMotion, Joints, MotorMotion, Motors};
 
@@ -13,6 +14,10 @@ pub struct Coordinator {
     pub says: Coordination,
     /// The coordinator asked to end the motion (MRROC++'s `END_MOTION`).
     pub end_motion: bool,
+    /// Elements of a streamed path that are to be taken in this macrostep, with their numbers.
+    pub path: heapless::Vec<(u32, PathElement), PATH_ELEMENTS_PER_MACROSTEP>,
+    /// The feed rate on a path as a share of the programmed one, -1 to 1.
+    pub feed_override: f64,
 }
 
 /// `e_j`: the image of the effector, in the ontologies of \[Z2\] Fig. 1 (the third, the pose of the

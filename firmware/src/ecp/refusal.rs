@@ -17,6 +17,9 @@ pub const fn from_plan(error: ProfileError) -> Refusal {
         | ProfileError::NegativeDistance
         | ProfileError::NonPositiveLimit
         | ProfileError::TooShort
+        | ProfileError::EndOutsideLimits
+        | ProfileError::OutsideRange
+        | ProfileError::LeavesRange
         | ProfileError::NotRepresentable => Refusal::NotFinite { index: 0 },
     }
 }

@@ -9,8 +9,9 @@ use core::ops::RangeInclusive;
 /// Part of every limit of acceleration that the envelope leaves to the steps: a macrostep does not end
 /// where a cell does, so a step may need a little more than the envelope on its way.
 const RESERVE: f64 = 0.01;
-/// The same before a wall: two macrosteps that end there exactly need up to 9/8 of the mean.
-const RESERVE_AT_WALL: f64 = 0.12;
+/// The same before a wall: two macrosteps that end there exactly need up to 9/8 of the mean, and the
+/// samples that bear on a step change the more from cell to cell, the slower it is.
+const RESERVE_AT_WALL: f64 = 0.2;
 /// How many macrosteps before the wall that is kept.
 const STEPS_AT_WALL: f64 = 4.0;
 

@@ -83,9 +83,9 @@ impl Inner {
         let allowed = self.allowed(window, range, bounds.most_u, plan);
         let mut u = self.wanted(window, allowed.high, feed_override, plan);
         u = self.below_envelope(window, u, wall, plan);
-        // such that the next macrostep can end at the wall exactly, at rest
-        u = smaller(u, (room / h - 1.5 * self.speed) / h);
         u = larger(u, allowed.low);
+        // such that the next macrostep can end at the wall exactly, at rest: before all else
+        u = smaller(u, (room / h - 1.5 * self.speed) / h);
         u = larger(u, -self.speed / h);
         let mut after = self.speed + u * h;
         if after <= REST * bounds.most_u * h {

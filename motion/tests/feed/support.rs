@@ -219,7 +219,7 @@ pub(crate) fn run<const N: usize, const W: usize, const M: usize>(
     let mut feed = Feed::<N, W, M>::new(limits, course.grid, course.step_s).unwrap();
     let mut source = Source::new();
     let mut worst = Worst::default();
-    let looks = (course.step_s * 8000.0).round().max(1.0) as usize;
+    let looks = (course.step_s * 8000.0).round() as usize;
     let mut steps = Vec::new();
     for k in 0..MOST_STEPS {
         source.supply(&mut feed, path, course, most_samples);

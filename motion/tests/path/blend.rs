@@ -5,6 +5,7 @@ use motion::Pose;
 use motion::path::{Arc, Blend, BlendError, Curve, Piece, Straight, Tolerance};
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 /// The path with the corner at 0.
@@ -166,6 +167,29 @@ proptest! {
                 prop_assert_eq!(error, BlendError::TooShort);
                 let quick = first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm();
                 prop_assert!(quick * 2e-6 > tolerance.radians * 0.3);
+            }
+        }
+    }
+
+    #[test]
+    fn the_work_is_bounded(
+        start in pose(), c1 in vector(0.3), c2 in vector(0.3), aside in vector(1.0),
+        a1 in 0.1..6.0f64, a2 in 0.1..6.0f64, tolerance in tolerances(), (line, other) in lines(),
+    ) {
+        let arcs = arc(start, c1, aside, a1, &start).and_then(|first| {
+            let corner = first.at(first.length()).pose;
+            Some((first, arc(corner, c2, aside, a2, &start)?))
+        });
+        for (first, second) in arcs.into_iter().chain([(line, other)]) {
+            let (first, second) = (Counted(&first, Cell::new(0)), Counted(&second, Cell::new(0)));
+            let made = Blend::between(&first, &second, &tolerance).is_ok();
+            // both ends of the blend and 23 points an attempt, the corner once
+            let attempts = (first.1.get() + second.1.get() - 2) / 25;
+            let turning = first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm();
+            let lines = matches!((first.0, second.0), (Piece::Straight(_), Piece::Straight(_)));
+            prop_assert!(attempts <= 16);
+            if made && lines && turning == 0.0 {
+                prop_assert_eq!(attempts, 1);
             }
         }
     }
@@ -392,6 +416,20 @@ fn corners_without_room_or_sense_are_refused() {
         Blend::between(&first, &tiny, &fine),
         Err(BlendError::TooShort)
     );
+}
+
+/// A piece that counts its points.
+struct Counted<'a>(&'a Piece, Cell<u32>);
+
+impl Curve for Counted<'_> {
+    fn length(&self) -> f64 {
+        self.0.length()
+    }
+
+    fn at(&self, s: f64) -> motion::path::PathPoint {
+        self.1.set(self.1.get() + 1);
+        self.0.at(s)
+    }
 }
 
 /// A curve with a number missing.
