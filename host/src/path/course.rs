@@ -134,11 +134,12 @@ impl Course {
     /// The s of a tool that was near `last` a moment ago, and its distance from the curve, m.
     ///
     /// The neighbourhood `reach` (m) of `last` is searched for where position and orientation fit best;
-    /// from there the nearest position within half a millimetre is taken.
+    /// from there the nearest position within two millimetres is taken.
     #[must_use]
     pub fn nearest(&self, tool: &Pose, last: f64, reach: f64) -> Option<(f64, f64)> {
         let settled = self.refine(tool, last)?;
-        if settled.1 < ON_IT_M && self.misfit(tool, settled.0)? < 2.0 * ON_IT_M {
+        let inside = (settled.0 - last).abs() < REFINE_M;
+        if inside && settled.1 < ON_IT_M && self.misfit(tool, settled.0)? < 2.0 * ON_IT_M {
             return Some(settled);
         }
         let mut best = (last, self.misfit(tool, last)?);
@@ -154,7 +155,15 @@ impl Course {
                 best = (s, misfit);
             }
         }
-        self.refine(tool, best.0)
+        // on either side of a corner, too
+        let mut nearest = self.refine(tool, best.0)?;
+        for side in [-SCAN_M, SCAN_M] {
+            let other = self.refine(tool, (best.0 + side).clamp(0.0, self.end))?;
+            if other.1 < nearest.1 {
+                nearest = other;
+            }
+        }
+        Some(nearest)
     }
 
     /// Distance, m, with the turn of the tool counted as way.
@@ -168,7 +177,7 @@ impl Course {
         ))
     }
 
-    /// Newton's method for (p(s) − x)·p'(s) = 0 within [`SCAN_M`] of s; the best point that it met.
+    /// Newton's method for (p(s) − x)·p'(s) = 0 within [`REFINE_M`] of s; the best point that it met.
     fn refine(&self, tool: &Pose, from: f64) -> Option<(f64, f64)> {
         let mut s = from.clamp(0.0, self.end);
         let mut best = (s, f64::INFINITY);
@@ -185,7 +194,7 @@ impl Course {
             if slope <= 0.0 {
                 break;
             }
-            let next = (s - off.dot(&p1) / slope).clamp(from - SCAN_M, from + SCAN_M);
+            let next = (s - off.dot(&p1) / slope).clamp(from - REFINE_M, from + REFINE_M);
             let next = next.clamp(0.0, self.end);
             if (next - s).abs() < 1e-12 {
                 break;
@@ -200,6 +209,8 @@ impl Course {
 const ON_IT_M: f64 = 1e-6;
 /// The neighbourhood is searched in steps of this, m.
 const SCAN_M: f64 = 5e-4;
+/// And refined within this, m.
+const REFINE_M: f64 = 1.5e-3;
 /// Rounds of Newton's method: it squares its error each time.
 const ROUNDS: u32 = 8;
 
@@ -234,8 +245,12 @@ impl Builder {
             PathElement::Line { to, corner } => {
                 self.close();
                 let to = pose(to);
-                let piece = Straight::new(self.at, to).map_err(of_piece)?;
-                self.join(number, piece.into(), *corner)?;
+                match Straight::new(self.at, to) {
+                    Ok(piece) => self.join(number, piece.into(), *corner)?,
+                    // a line that goes nowhere is none
+                    Err(PieceError::TooShort) => {}
+                    Err(error) => return Err(of_piece(error)),
+                }
                 self.at = to;
             }
             PathElement::Arc { via_m, to, corner } => {
@@ -279,7 +294,8 @@ impl Builder {
     /// Appends a piece with the corner before it rounded, if that is wanted and there is one.
     fn join(&mut self, element: usize, piece: Piece, corner: Corner) -> Result<(), PathProblem> {
         let (metres, radians) = (f64::from(corner.metres), f64::from(corner.radians));
-        if !(metres >= 0.0 && radians >= 0.0) {
+        let valid = |x: f64| x.is_finite() && x >= 0.0;
+        if !valid(metres) || !valid(radians) {
             return Err(PathProblem::Corner);
         }
         let wanted = metres > 0.0 && radians > 0.0;

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! Within a run the tool goes through the points on a smooth curve. It gets to the first point of every
-//! run on a straight line, and rests at both its ends. Without the last three columns the
+//! run on a straight line, and rests at both its ends; a run that begins where the one before ended makes
+//! a corner. Without the last three columns the
 //! orientation stays as it is where the path begins. A line that holds only a comment is not blank.
 
 use super::{Goal, MAX_BYTES, MOST_POINTS, Mark, SHARP, ToolPath, Way};

@@ -157,7 +157,6 @@ fn a_wrong_element_is_told_by_its_mark() {
         corner: SHARP,
     };
     for (second, problem) in [
-        (mark(line, [0.1, 0.0, 0.0], None), NoLength),
         (mark(line, [0.1, f64::NAN, 0.0], None), NotFinite),
         (mark(arc, [0.3, 0.0, 0.0], None), NotAnArc),
         (
@@ -175,7 +174,13 @@ fn a_wrong_element_is_told_by_its_mark() {
         assert!(!told.to_string().is_empty());
     }
     let nothing = mark(line, [0.0; 3], None);
-    assert_eq!(fault(vec![nothing]).problem, NoLength);
+    assert_eq!(
+        fault(vec![nothing, nothing]),
+        PathFault {
+            mark: 0,
+            problem: NoLength
+        }
+    );
 }
 
 /// A square with rounded corners and a half circle, as elements.
@@ -267,6 +272,21 @@ fn a_curve_is_the_one_of_the_moving_segment() {
     }
     assert!((streamed.course.end() - s).abs() < 1e-12);
     assert_eq!(streamed.marks.len(), spans.len());
+}
+
+#[test]
+fn a_run_that_begins_where_the_one_before_ended_is_a_corner() {
+    let text = "0,0,0\n0.1,0,0\n\n0.1,0,0\n0.1,0.1,0\n";
+    let path = csv::parse(text).unwrap();
+    let streamed = path.from(&at(0.0, 0.0, 0.0), Reference::Base).unwrap();
+    // the end of a curve must be said, or one curve would go on
+    assert_eq!(streamed.marks, [1, 2, 3]);
+    let course = &streamed.course;
+    assert!((course.length_m() - 0.2).abs() < 1e-12);
+    assert_eq!((course.element(0.05), course.element(0.15)), (0, 2));
+    let before = course.at(0.1 - 1e-9).unwrap().first.linear;
+    let after = course.at(0.1 + 1e-9).unwrap().first.linear;
+    assert!(before.dot(&after).abs() < 1e-9);
 }
 
 #[test]
