@@ -1,5 +1,7 @@
 //! Tasks from text to rest, in virtual time, with scripted peers.
 
+mod path;
+
 use super::plan::{Place, Plan, Work};
 use super::run::NEXT_NODE;
 use super::{Progress, Run, RunError, RunStatus, Segment, config_of};

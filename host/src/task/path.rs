@@ -282,3 +282,6 @@ fn overrides(value: &Value<'_, '_>) -> Result<Vec<(f64, f64)>, DataError> {
         _ => Ok(overrides),
     }
 }
+
+#[cfg(test)]
+mod test;

@@ -316,3 +316,47 @@ fn the_main_job_shows_every_way_of_moving() {
     assert!(has(|a| matches!(a, Action::Move { .. })));
     assert!(has(|a| matches!(a, Action::Home { .. })));
 }
+
+#[test]
+fn the_rose_is_within_reach_and_as_its_formula_says() {
+    let task = shipped("rose.toml");
+    let mut postument = Arm {
+        robot: &Irp6Postument,
+        index: 0,
+        joints: Joints([0.0; 6]),
+    };
+    let mut total = 0.0;
+    for step in &task.steps {
+        total += postument.step(&task.cell, step);
+    }
+    // at the feed asked for, without homing
+    assert!((60.0..150.0).contains(&total), "{total}");
+    let mut paths = task.steps.iter().filter_map(|step| match &step.action {
+        Action::Path(path) => Some(path),
+        _ => None,
+    });
+    let rose = &paths.next().unwrap().path.marks;
+    assert_eq!(rose.len(), 1501);
+    for (mark, k) in rose.iter().zip(0..) {
+        let u = 8.0 * std::f64::consts::PI * f64::from(k) / 1500.0;
+        let r = 0.11 * libm::cos(1.75 * u);
+        let expected = [
+            r * libm::cos(u) - 0.11,
+            r * libm::sin(u),
+            0.015 * (1.0 - libm::cos(u / 4.0)),
+            0.0,
+            0.0,
+            0.2 * libm::sin(u / 4.0),
+        ];
+        let turn = mark.to.rotation_rad.unwrap();
+        let read = mark.to.position_m.iter().chain(&turn);
+        for (read, expected) in read.zip(expected) {
+            // seven digits after the point
+            assert!((read - expected).abs() < 5.1e-8, "line {}", mark.line);
+        }
+    }
+    let frame = &paths.next().unwrap().path.marks;
+    let has = |wanted: fn(&crate::path::Way) -> bool| frame.iter().any(|m| wanted(&m.way));
+    assert!(has(|way| matches!(way, crate::path::Way::Line { .. })));
+    assert!(has(|way| matches!(way, crate::path::Way::Arc { .. })));
+}

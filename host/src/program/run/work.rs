@@ -20,6 +20,9 @@ use std::sync::Arc;
 /// A tool goes no farther than this between two macrosteps, m: 5 m/s, the fastest a task can ask for.
 const PATH_REACH_M: f64 = 0.1;
 
+/// So much of a tenth of a path is not waited for: at its end units of the drives are missing.
+const NEARLY: f64 = 1e-3;
+
 impl Run {
     /// Notes which motions every robot gets in this step, in their order.
     pub(super) fn give(&mut self, work: &Work) {
@@ -230,7 +233,7 @@ impl Run {
                 clippy::cast_sign_loss,
                 reason = "from 0 to 10"
             )]
-            let done = libm::floor(10.0 * now / course.end()) as u32;
+            let done = libm::floor(10.0 * now / course.end() + NEARLY) as u32;
             if done > *tenths {
                 *tenths = done;
                 self.progress.push(Progress::Path {
