@@ -100,9 +100,7 @@ impl Course {
     /// The point at s, limited to the curve; none where there is no curve.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<PathPoint> {
-        let part = self.part(s)?;
-        let local = part.from + (s - part.start);
-        Some(part.piece.at(local.clamp(part.from, part.to)))
+        Some(self.part(s)?.at(s))
     }
 
     /// The element of s, from 0; that of a blend is the one it leads to.
@@ -127,19 +125,23 @@ impl Course {
     }
 
     fn part(&self, s: f64) -> Option<&Part> {
+        self.parts.get(self.index(s))
+    }
+
+    /// The part of s.
+    fn index(&self, s: f64) -> usize {
         let after = self.parts.partition_point(|part| part.start <= s);
-        self.parts.get(after.saturating_sub(1))
+        after.saturating_sub(1)
     }
 
     /// The s of a tool that was near `last` a moment ago, and its distance from the curve, m.
     ///
     /// The neighbourhood `reach` (m) of `last` is searched for where position and orientation fit best;
-    /// from there the nearest position within two millimetres is taken.
+    /// about there the nearest position is taken, on the pieces within two millimetres.
     #[must_use]
     pub fn nearest(&self, tool: &Pose, last: f64, reach: f64) -> Option<(f64, f64)> {
-        let settled = self.refine(tool, last)?;
-        let inside = (settled.0 - last).abs() < REFINE_M;
-        if inside && settled.1 < ON_IT_M && self.misfit(tool, settled.0)? < 2.0 * ON_IT_M {
+        let settled = self.beside(tool, last)?;
+        if settled.1 < ON_IT_M && self.misfit(tool, settled.0)? < 2.0 * ON_IT_M {
             return Some(settled);
         }
         let mut best = (last, self.misfit(tool, last)?);
@@ -155,15 +157,23 @@ impl Course {
                 best = (s, misfit);
             }
         }
-        // on either side of a corner, too
-        let mut nearest = self.refine(tool, best.0)?;
-        for side in [-SCAN_M, SCAN_M] {
-            let other = self.refine(tool, (best.0 + side).clamp(0.0, self.end))?;
-            if other.1 < nearest.1 {
-                nearest = other;
+        self.beside(tool, best.0)
+    }
+
+    /// The nearest position within [`REFINE_M`] of s, on either side of a corner.
+    fn beside(&self, tool: &Pose, s: f64) -> Option<(f64, f64)> {
+        let mut nearest = (s, f64::INFINITY);
+        let first = self.index(s - REFINE_M);
+        for part in self.parts.iter().skip(first) {
+            if part.start > s + REFINE_M {
+                break;
+            }
+            let found = part.refine(tool, s);
+            if found.1 < nearest.1 {
+                nearest = found;
             }
         }
-        Some(nearest)
+        nearest.1.is_finite().then_some(nearest)
     }
 
     /// Distance, m, with the turn of the tool counted as way.
@@ -176,13 +186,23 @@ impl Course {
             way.dot(&way) + METRES_PER_RADIAN * METRES_PER_RADIAN * turn,
         ))
     }
+}
 
-    /// Newton's method for (p(s) − x)·p'(s) = 0 within [`REFINE_M`] of s; the best point that it met.
-    fn refine(&self, tool: &Pose, from: f64) -> Option<(f64, f64)> {
-        let mut s = from.clamp(0.0, self.end);
+impl Part {
+    /// The point at s of the course, limited to the part.
+    fn at(&self, s: f64) -> PathPoint {
+        let local = self.from + (s - self.start);
+        self.piece.at(local.clamp(self.from, self.to))
+    }
+
+    /// Newton's method for (p(s) − x)·p'(s) = 0 within the part; the best point that it met. It does not
+    /// go over to the next part, in which another minimum might draw it away from a corner.
+    fn refine(&self, tool: &Pose, from: f64) -> (f64, f64) {
+        let end = self.start + (self.to - self.from);
+        let mut s = from.clamp(self.start, end);
         let mut best = (s, f64::INFINITY);
         for _ in 0..ROUNDS {
-            let point = self.at(s)?;
+            let point = self.at(s);
             let off: Vector3<f64> = point.pose.position - tool.position;
             let distance = libm::sqrt(off.dot(&off));
             if distance < best.1 {
@@ -194,14 +214,13 @@ impl Course {
             if slope <= 0.0 {
                 break;
             }
-            let next = (s - off.dot(&p1) / slope).clamp(from - REFINE_M, from + REFINE_M);
-            let next = next.clamp(0.0, self.end);
+            let next = (s - off.dot(&p1) / slope).clamp(self.start, end);
             if (next - s).abs() < 1e-12 {
                 break;
             }
             s = next;
         }
-        Some(best)
+        best
     }
 }
 
@@ -209,7 +228,7 @@ impl Course {
 const ON_IT_M: f64 = 1e-6;
 /// The neighbourhood is searched in steps of this, m.
 const SCAN_M: f64 = 5e-4;
-/// And refined within this, m.
+/// And refined on the pieces within this, m.
 const REFINE_M: f64 = 1.5e-3;
 /// Rounds of Newton's method: it squares its error each time.
 const ROUNDS: u32 = 8;

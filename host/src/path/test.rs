@@ -343,6 +343,28 @@ fn a_tool_is_found_again_where_the_curve_turns_back_and_on_the_spot() {
     assert!((course.end() - last).abs() < 1e-6);
 }
 
+#[test]
+fn a_tool_that_comes_to_rest_in_a_corner_is_on_the_curve() {
+    let text =
+        "0,0,0\n-0.01,0.01,0\n-0.02,0.03,0\n-0.02,0.05,0.01\n\n-0.02,0.05,0.01\n-0.02,0.02,0.02\n";
+    let path = csv::parse(text).unwrap();
+    let course = path
+        .from(&at(0.0, 0.0, 0.0), Reference::Base)
+        .unwrap()
+        .course;
+    let corner = course.end() - libm::sqrt(0.03 * 0.03 + 0.01 * 0.01);
+    // whoever looks on remembers the place of another tool, a little behind or ahead
+    for ahead in [-3e-4, -2e-5, 0.0, 2e-5, 3e-4] {
+        for k in -100..=100 {
+            let s = corner + 1e-6 * f64::from(k);
+            let tool = course.at(s).unwrap().pose;
+            let (found, distance) = course.nearest(&tool, s + ahead, 5e-3).unwrap();
+            // what Newton's method leaves when a step is below 1e-12 m or its rounds are over
+            assert!(distance < 1e-10, "{k} {ahead}: {found} {distance}");
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn no_text_breaks_the_reader(text in "[-0-9.,#xyz \ne]{0,80}") {

@@ -116,10 +116,7 @@ impl Run {
                 let robots = (0..self.mp.robots().len()).collect();
                 (behaviour::wait_until(until), robots)
             }
-            Work::Path { step, streamed } => {
-                self.set_segment(step.robot, Segment::Path(Followed(streamed.clone())));
-                (self.stream(step, streamed), vec![step.robot])
-            }
+            Work::Path { step, streamed } => (self.stream(step, streamed), vec![step.robot]),
             Work::Servo(robot, law) => (behaviour::select_servo(*robot, *law), vec![*robot]),
             Work::Carry { tight, start } => match self.carry(tight, start) {
                 Ok(carry) => (behaviour::carry(carry, grid), tight.robots.clone()),
@@ -210,6 +207,7 @@ impl Run {
 
     /// How far robots have come on their paths.
     pub(super) fn watch_paths(&mut self) {
+        self.find_path();
         for (robot, segment) in self.segments.iter().enumerate() {
             let Segment::Path(Followed(streamed)) = segment else {
                 continue;
@@ -242,6 +240,25 @@ impl Run {
                     length_m: course.length_m(),
                 });
             }
+        }
+    }
+
+    /// The segment of a path begins when its instruction runs: before, the last set-points of the
+    /// motion before it are still on their way.
+    fn find_path(&mut self) {
+        let (Phase::Step(index), Some(plan)) = (&self.phase, &self.plan) else {
+            return;
+        };
+        let Some(Work::Path { step, streamed }) = plan.steps.get(*index).map(|s| &s.work) else {
+            return;
+        };
+        let (robot, segment) = (step.robot, Segment::Path(Followed(streamed.clone())));
+        let runs =
+            self.mp.robots().get(robot).is_some_and(|image| {
+                image.progress() == Some(protocol::message::Progress::Running)
+            });
+        if runs {
+            self.set_segment(robot, segment);
         }
     }
 
