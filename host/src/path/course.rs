@@ -258,14 +258,14 @@ impl Builder {
                 self.points.push_back(number);
                 self.at = to;
                 if let Some(span) = span {
-                    self.span(span);
+                    self.span(&span);
                 }
             }
             PathElement::Line { to, corner } => {
                 self.close();
                 let to = pose(to);
                 match Straight::new(self.at, to) {
-                    Ok(piece) => self.join(number, piece.into(), *corner)?,
+                    Ok(piece) => self.join(number, &piece.into(), *corner)?,
                     // a line that goes nowhere is none
                     Err(PieceError::TooShort) => {}
                     Err(error) => return Err(of_piece(error)),
@@ -276,7 +276,7 @@ impl Builder {
                 self.close();
                 let to = pose(to);
                 let piece = Arc::through(self.at, (*via_m).into(), to).map_err(of_piece)?;
-                self.join(number, piece.into(), *corner)?;
+                self.join(number, &piece.into(), *corner)?;
                 self.at = to;
             }
             PathElement::End => {}
@@ -288,21 +288,21 @@ impl Builder {
     fn close(&mut self) {
         if self.open {
             while let Some(span) = self.curve.finish() {
-                self.span(span);
+                self.span(&span);
             }
             self.open = false;
             self.points.clear();
         }
     }
 
-    fn span(&mut self, span: Quintic) {
+    fn span(&mut self, span: &Quintic) {
         let element = self.points.pop_front().unwrap_or_default();
-        self.append(span.into(), 0.0, element);
+        self.append(&(*span).into(), 0.0, element);
     }
 
-    fn append(&mut self, piece: Piece, from: f64, element: usize) {
+    fn append(&mut self, piece: &Piece, from: f64, element: usize) {
         self.parts.push(Part {
-            piece,
+            piece: *piece,
             from,
             to: piece.length(),
             start: 0.0,
@@ -311,7 +311,7 @@ impl Builder {
     }
 
     /// Appends a piece with the corner before it rounded, if that is wanted and there is one.
-    fn join(&mut self, element: usize, piece: Piece, corner: Corner) -> Result<(), PathProblem> {
+    fn join(&mut self, element: usize, piece: &Piece, corner: Corner) -> Result<(), PathProblem> {
         let (metres, radians) = (f64::from(corner.metres), f64::from(corner.radians));
         let valid = |x: f64| x.is_finite() && x >= 0.0;
         if !valid(metres) || !valid(radians) {
@@ -331,12 +331,12 @@ impl Builder {
         };
         let tolerance = Tolerance { metres, radians };
         let blend =
-            Blend::between(&last.piece, &piece, &tolerance).map_err(|_| PathProblem::Corner)?;
+            Blend::between(&last.piece, piece, &tolerance).map_err(|_| PathProblem::Corner)?;
         last.to -= blend.distance();
         if last.to - last.from <= NOTHING_M {
             self.parts.pop();
         }
-        self.append((*blend.curve()).into(), 0.0, element);
+        self.append(&(*blend.curve()).into(), 0.0, element);
         self.append(piece, blend.distance(), element);
         Ok(())
     }

@@ -50,16 +50,7 @@ impl Run {
         let (grid, timing, i) = (self.mp.grid(), self.mp.config().timing, self.mp.instant());
         let (behaviour, robots): (BoxedBehaviour, Vec<usize>) = match work {
             Work::Home(robots) => {
-                for robot in robots {
-                    if self
-                        .mp
-                        .robots()
-                        .get(*robot)
-                        .is_some_and(|image| !image.is_homed())
-                    {
-                        self.set_segment(*robot, Segment::Homing);
-                    }
-                }
+                self.show_homing(robots);
                 (behaviour::home(robots.clone(), timing), robots.clone())
             }
             Work::Groups(groups) => {
@@ -129,6 +120,15 @@ impl Run {
         };
         let watch = Watch::work(robots, timing.silence_ms);
         self.mp.begin(Job::new(name, behaviour, watch));
+    }
+
+    fn show_homing(&mut self, robots: &[usize]) {
+        for robot in robots {
+            let image = self.mp.robots().get(*robot);
+            if image.is_some_and(|image| !image.is_homed()) {
+                self.set_segment(*robot, Segment::Homing);
+            }
+        }
     }
 
     /// A path as planned.

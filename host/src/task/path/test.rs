@@ -15,6 +15,13 @@ fn elements(elements: &str, more: &str) -> String {
     format!("path = {{ robot = \"irp6-postument\", elements = [{elements}]{more} }}")
 }
 
+/// The mistake in a step is told on one line, in these words.
+fn told(step: &str, what: &str) {
+    let error = read_step(step).expect_err(step).to_string();
+    assert!(error.contains(what), "{step}: {error}");
+    assert!(!error.contains('\n'));
+}
+
 const LINE: &str = "{ line = { position_m = [1, 2, 3] } }";
 
 #[test]
@@ -29,21 +36,13 @@ fn lines_arcs_corners_and_points_are_read() {
     .unwrap();
     assert_eq!((step.robot, step.reference), (0, Reference::Start));
     assert_eq!(step.overrides, [(1.0, 0.0), (2.5, 1.0)]);
-    let PoseSpeeds {
-        velocity_m_s,
-        angular_velocity_rad_s,
-        acceleration_m_s2,
-        angular_acceleration_rad_s2,
-    } = step.speeds;
-    assert_eq!(
-        [
-            velocity_m_s,
-            angular_velocity_rad_s,
-            acceleration_m_s2,
-            angular_acceleration_rad_s2
-        ],
-        [0.25, 0.5, 0.5, 4.0]
-    );
+    let speeds = PoseSpeeds {
+        velocity_m_s: 0.25,
+        angular_velocity_rad_s: 0.5,
+        acceleration_m_s2: 0.5,
+        angular_acceleration_rad_s2: 4.0,
+    };
+    assert_eq!(step.speeds, speeds);
     let marks = &step.path.marks;
     let lines: Vec<u32> = marks.iter().map(|mark| mark.line).collect();
     assert_eq!(lines, [5, 6, 7, 8]);
@@ -70,7 +69,7 @@ fn lines_arcs_corners_and_points_are_read() {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn what_is_wrong_with_an_element_is_told() {
     for (step, what) in [
         (elements("", ""), "wrong number of elements"),
         (
@@ -111,6 +110,14 @@ fn what_is_wrong_is_told() {
             elements("{ spline = { position_m = [1, 2, 3] } }", ""),
             "unknown key in an element of a path",
         ),
+    ] {
+        told(&step, what);
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_step_is_told() {
+    for (step, what) in [
         (elements(LINE, ", feed_m_s = 0"), "`feed_m_s` out of range"),
         (
             elements(LINE, ", feed_m_s = 5.1"),
@@ -149,9 +156,7 @@ fn what_is_wrong_is_told() {
             "unknown robot",
         ),
     ] {
-        let error = read_step(&step).expect_err(&step).to_string();
-        assert!(error.contains(what), "{step}: {error}");
-        assert!(!error.contains('\n'));
+        told(&step, what);
     }
 }
 

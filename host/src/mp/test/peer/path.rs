@@ -2,7 +2,7 @@
 
 use super::{Doing, Peer, pose};
 use protocol::fault::{PathProblem, Refusal};
-use protocol::message::{PathElement, Progress, Reply};
+use protocol::message::{PathElement, Progress, Reply, Request};
 use protocol::time::Micros;
 
 /// What a test makes the peer do on a path.
@@ -56,11 +56,30 @@ impl Peer {
         }
     }
 
-    pub(super) fn take_path(
+    /// A request that concerns a path, and no other.
+    pub(super) fn path_request(
         &mut self,
-        first: u32,
-        elements: &[PathElement],
+        now: Micros,
+        from: u8,
+        request: &Request,
     ) -> Result<Reply, Refusal> {
+        if let Request::Path {
+            epoch,
+            first,
+            elements,
+        } = request
+        {
+            self.authorise(from, *epoch)?;
+            return self.take_path(*first, elements);
+        }
+        if let Request::FeedOverride { epoch, share } = request {
+            self.authorise(from, *epoch)?;
+            self.path.overrides.push((now, *share));
+        }
+        Ok(Reply::Accepted)
+    }
+
+    fn take_path(&mut self, first: u32, elements: &[PathElement]) -> Result<Reply, Refusal> {
         if !matches!(self.doing, Doing::Path { .. }) {
             return Err(Refusal::WrongState { state: self.state });
         }
