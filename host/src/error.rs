@@ -176,7 +176,7 @@ impl Error {
             Self::Input(error) => match error {
                 InputError::Absent(_) | InputError::NotAFile(_) => exit::NO_INPUT,
                 InputError::Refused(_) => exit::PERMISSION,
-                InputError::TooLarge(_) | InputError::NotText(..) => exit::DATA,
+                InputError::TooLarge(..) | InputError::NotText(..) => exit::DATA,
                 InputError::Io(..) => exit::IO,
             },
             Self::Create { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {

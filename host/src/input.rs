@@ -94,8 +94,8 @@ pub enum InputError {
     NotAFile(PathBuf),
     /// The system refuses access.
     Refused(PathBuf),
-    /// Longer than [`MAX_BYTES`].
-    TooLarge(PathBuf),
+    /// Longer than so many bytes.
+    TooLarge(PathBuf, u64),
     /// Not UTF-8; the offset of the first wrong byte.
     NotText(PathBuf, usize),
     /// Reading failed.
@@ -112,9 +112,9 @@ impl fmt::Display for InputError {
                 ShownPath(path)
             ),
             Self::Refused(path) => write!(f, "{}: error: access refused", ShownPath(path)),
-            Self::TooLarge(path) => write!(
+            Self::TooLarge(path, most) => write!(
                 f,
-                "{}: error: file too large (expected at most {MAX_BYTES} bytes, got more)",
+                "{}: error: file too large (expected at most {most} bytes, got more)",
                 ShownPath(path)
             ),
             Self::NotText(path, offset) => write!(
@@ -152,6 +152,14 @@ pub enum LoadError {
 /// # Errors
 /// The file is absent, not regular (a pipe is never waited for), refused, too large or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, InputError> {
+    read_text_up_to(path, MAX_BYTES)
+}
+
+/// As [`read_text`], of at most so many bytes.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn read_text_up_to(path: &Path, most: u64) -> Result<String, InputError> {
     let io = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => InputError::Absent(path.to_path_buf()),
         std::io::ErrorKind::PermissionDenied => InputError::Refused(path.to_path_buf()),
@@ -162,11 +170,11 @@ pub fn read_text(path: &Path) -> Result<String, InputError> {
     }
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(io)?;
-    file.take(MAX_BYTES + 1)
+    file.take(most.saturating_add(1))
         .read_to_end(&mut bytes)
         .map_err(io)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(InputError::TooLarge(path.to_path_buf()));
+    if bytes.len() as u64 > most {
+        return Err(InputError::TooLarge(path.to_path_buf(), most));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         InputError::NotText(path.to_path_buf(), error.utf8_error().valid_up_to())
@@ -274,7 +282,10 @@ mod test {
         std::fs::write(&path, vec![b'x'; 1 << 20]).unwrap();
         assert_eq!(read_text(&path).unwrap().len(), 1 << 20);
         std::fs::write(&path, vec![b'x'; (1 << 20) + 1]).unwrap();
-        assert!(matches!(read_text(&path), Err(InputError::TooLarge(_))));
+        assert!(matches!(
+            read_text(&path),
+            Err(InputError::TooLarge(_, MAX_BYTES))
+        ));
         std::fs::write(&path, b"\xef\xbb\xbfa\xff").unwrap();
         assert!(matches!(read_text(&path), Err(InputError::NotText(_, 4))));
         std::fs::write(&path, b"\xef\xbb\xbfab").unwrap();

@@ -5,6 +5,7 @@ pub mod error;
 pub mod input;
 pub mod instruct;
 pub mod mp;
+pub mod path;
 pub mod plot;
 pub mod program;
 pub mod summary;

@@ -83,8 +83,8 @@ pub struct RobotSummary {
     pub following_error_axis: usize,
     /// Greatest following error of each axis, rad of the motor shaft.
     pub following_error_max_rad: Vec<f64>,
-    /// Greatest distance of a set-point from the commanded path, m, over straight lines and
-    /// carried objects.
+    /// Greatest distance of a set-point from the commanded path, m, over straight lines, streamed
+    /// paths and carried objects.
     pub setpoint_path_error_max_m: Option<f64>,
     /// The same of the simulated mechanics; unknown on hardware.
     pub actual_path_error_max_m: Option<f64>,
@@ -119,6 +119,26 @@ pub struct StepSummary {
     pub duration_s: f64,
     /// Did it end as it should?
     pub ok: bool,
+    /// How the path was followed, if it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<PathSummary>,
+}
+
+/// How a path was followed, by its set-points; what they are not published for is unknown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathSummary {
+    /// Elements that were streamed, the end not counted.
+    pub points: usize,
+    /// Length of the way of the tool's origin, m.
+    pub length_m: f64,
+    /// From the first set-point that moved to the last, s.
+    pub moving_s: Option<f64>,
+    /// Way per time while it moved, m/s; on a way back, too.
+    pub feed_mean_m_s: Option<f64>,
+    /// Greatest way per servo step, m/s.
+    pub feed_max_m_s: Option<f64>,
+    /// Greatest distance of a set-point from the curve, m.
+    pub setpoint_path_error_max_m: Option<f64>,
 }
 
 impl Summary {
@@ -180,6 +200,9 @@ impl fmt::Display for Summary {
         }
         if !self.steps.is_empty() {
             write!(f, "\n{}", self.step_table())?;
+        }
+        if self.steps.iter().any(|step| step.path.is_some()) {
+            write!(f, "\n{}", self.path_table())?;
         }
         Ok(())
     }
@@ -245,6 +268,32 @@ impl Summary {
                 format!("{:.2} s", step.start_s),
                 format!("{:.2} s", step.duration_s),
                 if step.ok { "ok" } else { "failed" }.to_owned(),
+            ]);
+        }
+        table
+    }
+
+    fn path_table(&self) -> Table {
+        let mut table = Table::new(&[
+            "path",
+            "points",
+            "length",
+            "moved",
+            "mean feed",
+            "max feed",
+            "set-point path error",
+        ]);
+        let speed = |value| known(value, |v| format!("{:.1} mm/s", 1e3 * v));
+        for step in &self.steps {
+            let Some(path) = &step.path else { continue };
+            table.row(vec![
+                step.name.clone(),
+                path.points.to_string(),
+                format!("{:.3} m", path.length_m),
+                known(path.moving_s, |s| format!("{s:.2} s")),
+                speed(path.feed_mean_m_s),
+                speed(path.feed_max_m_s),
+                length(path.setpoint_path_error_max_m),
             ]);
         }
         table

@@ -22,6 +22,9 @@
 //! tight = { robots = ["irp6-track", "irp6-postument"], displacement_m = [0, 0, 0.1], duration_s = 4 }
 //!
 //! [[step]]
+//! path = { robot = "irp6-track", file = "rose.csv", feed_m_s = 0.05, relative_to = "start" }
+//!
+//! [[step]]
 //! regulator = { robot = "irp6-track", law = "feed-forward" }
 //! ```
 //!
@@ -32,6 +35,7 @@
 
 use crate::error::Error;
 use crate::input::{DataError, LoadError, Problem};
+use crate::path::Reference;
 use crate::trj::Trajectory;
 use document::{Document, Fields};
 use motion::pose::Pose;
@@ -43,6 +47,7 @@ use std::path::{Path, PathBuf};
 pub mod cell;
 mod document;
 mod kind;
+pub mod path;
 #[cfg(test)]
 mod shipped;
 mod step;
@@ -52,6 +57,7 @@ mod test;
 use step::{AXIS_SPEED, POSE_SPEED};
 
 pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec};
+pub use path::PathStep;
 
 /// A task, checked as far as that is possible without its robots.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,6 +110,8 @@ pub enum Action {
     },
     /// Move an object held by several robots: tight coordination.
     Tight(Tight),
+    /// Follow a path.
+    Path(PathStep),
     /// Choose how a robot's loops are closed.
     Regulator {
         /// Which robot.
@@ -331,6 +339,27 @@ impl Task {
         Ok(task)
     }
 
+    /// The task of one path (`.csv` or `.toml`), homing the robot first.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no path.
+    pub fn single_path(
+        kind: RobotKind,
+        file: &Path,
+        reference: Reference,
+        feed_m_s: Option<f64>,
+    ) -> Result<Self, LoadError> {
+        let mut task = Self::homing(&[kind]);
+        task.title = format!("path {kind}");
+        let path = path::load(file)?;
+        task.steps.push(Step {
+            name: task.title.clone(),
+            line: 0,
+            action: Action::Path(PathStep::new(0, path, reference, feed_m_s)),
+        });
+        Ok(task)
+    }
+
     /// What was skipped in the task's trajectories, a line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -382,6 +411,7 @@ impl Action {
             Self::Move { moves } => format!("move {}", names(&mut moves.iter().map(|m| m.robot))),
             Self::Wait { seconds } => format!("wait {seconds} s"),
             Self::Tight(tight) => format!("carry {}", names(&mut tight.robots.iter().copied())),
+            Self::Path(path) => format!("path {}", names(&mut std::iter::once(path.robot))),
             Self::Regulator { robot, law } => {
                 let law = cell::SERVO_LAWS
                     .iter()

@@ -8,6 +8,7 @@ use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Place};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use host::error::Error;
+use host::path::Reference;
 use host::task::{self, Task};
 use process::{End, exit};
 use protocol::message::StopKind;
@@ -148,12 +149,17 @@ struct MoveArgs {
     robot: String,
     #[command(flatten)]
     target: MoveTarget,
-    /// The target is an increment (a pose: in the tool frame).
+    /// The target is an increment (a pose: in the tool frame; a path: from where the tool is, along
+    /// the axes of the base frame).
     #[arg(long)]
     relative: bool,
     /// Fraction (0, 1] of the robot's speed ceilings.
-    #[arg(long, allow_negative_numbers = true, value_parser = fraction)]
+    #[arg(long, allow_negative_numbers = true, value_parser = fraction, conflicts_with = "path")]
     speed: Option<f64>,
+    /// Greatest speed of the tool on a path, m/s.
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true, value_parser = feed)]
+    #[arg(requires = "path")]
+    feed: Option<f64>,
     #[command(flatten)]
     common: Common,
 }
@@ -170,6 +176,9 @@ struct MoveTarget {
     /// Pose of the tool on a straight line: x,y,z in m and rotation vector rx,ry,rz in rad.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     pose: Option<Vec<f64>>,
+    /// Path of the tool: points x,y,z or x,y,z,rx,ry,rz (.csv), or lines, arcs and points (.toml).
+    #[arg(long, value_name = "FILE")]
+    path: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
@@ -201,6 +210,13 @@ fn fraction(text: &str) -> Result<f64, String> {
     match finite(text)? {
         value if value > 0.0 && value <= 1.0 => Ok(value),
         _ => Err("expected a number above 0 and at most 1".into()),
+    }
+}
+
+fn feed(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value > 0.0 && value <= 5.0 => Ok(value),
+        _ => Err("expected a number of m/s above 0 and at most 5".into()),
     }
 }
 
@@ -295,6 +311,15 @@ impl RunArgs {
 impl MoveArgs {
     fn run(self) -> Result<u8, Error> {
         let kind = robot(&self.robot)?;
+        if let Some(file) = &self.target.path {
+            let reference = if self.relative {
+                Reference::Start
+            } else {
+                Reference::Base
+            };
+            let task = Task::single_path(kind, file, reference, self.feed)?;
+            return self.common.run(task, None);
+        }
         let target = match self.target {
             MoveTarget {
                 joints: Some(values),
@@ -397,6 +422,42 @@ mod test {
                 "above 0",
             ),
             (&["mrroc", "move", "irp6-track"], "required"),
+            (
+                &[
+                    "mrroc",
+                    "move",
+                    "irp6-track",
+                    "--path",
+                    "x.csv",
+                    "--feed",
+                    "0",
+                ],
+                "above 0",
+            ),
+            (
+                &[
+                    "mrroc",
+                    "move",
+                    "irp6-track",
+                    "--path",
+                    "x.csv",
+                    "--pose",
+                    "1,2,3,0,0,0",
+                ],
+                "cannot be used with",
+            ),
+            (
+                &[
+                    "mrroc",
+                    "move",
+                    "irp6-track",
+                    "--joints",
+                    "1",
+                    "--feed",
+                    "1",
+                ],
+                "required",
+            ),
             (&["mrroc", "stop", "--kind", "slow"], "torque-off"),
         ] {
             let error = Cli::try_parse_from(arguments).unwrap_err().to_string();

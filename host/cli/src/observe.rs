@@ -1,12 +1,16 @@
 //! Looking on: what a run is measured, recorded and drawn by. Observers see frames and the true
 //! mechanics; they take no part.
 
+mod follow;
+
 use crate::record::Recorder;
+pub(crate) use follow::Following;
 use hil_sim::cell::Observer;
 use host::error::Error;
 use host::mp::arm::{Arm, motor_angles, unit_rad};
 use host::plot::{AxisPlot, PlotData, RobotPlot, StepMark};
 use host::program::Segment;
+use host::program::progress::Followed;
 use motion::Pose;
 use nalgebra::Vector3;
 use protocol::frame::Frame;
@@ -17,6 +21,10 @@ use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
 use std::path::Path;
+
+/// A tool on a streamed path goes no farther than this between two SYNCs, m, or lags no more than
+/// this behind its set-points.
+const PATH_REACH_M: f64 = 5e-3;
 
 /// A plot keeps one sample in this many SYNCs: 50 a second at 2 ms.
 const PLOT_EVERY: u32 = 10;
@@ -30,6 +38,8 @@ pub(crate) struct Watched {
     t_flange_tool: Pose,
     pub(crate) segment: Segment,
     share: f64,
+    /// The streamed paths so far; the last may be under way.
+    pub(crate) paths: Vec<Following>,
     servo: ServoLaw,
     /// The last two demands, newest first.
     setpoint: Option<PerAxis<f64>>,
@@ -56,6 +66,7 @@ impl Watched {
             t_flange_tool: config.t_flange_tool,
             segment: Segment::None,
             share: 0.0,
+            paths: Vec::new(),
             setpoint: None,
             setpoint_before: None,
             motors_before: Vec::new(),
@@ -118,6 +129,12 @@ impl Watched {
                 };
                 Some(distance(&at, &(from + way * s)))
             }
+            Segment::Path(Followed(streamed)) => {
+                let tool = self.tool(&joints)?;
+                let (s, least) = streamed.course.nearest(&tool, self.share, PATH_REACH_M)?;
+                self.share = s;
+                Some(least)
+            }
             Segment::Carry { start, tight } => {
                 let at = (self.t_world_base * self.tool(&joints)?).position;
                 let off = |s: f64| distance(&at, &(tight.displacement(s) * *start).position);
@@ -125,6 +142,21 @@ impl Watched {
                 self.share = share;
                 Some(least)
             }
+        }
+    }
+
+    /// A set-point on a streamed path.
+    fn follow(&mut self, at: Micros, step: u32, setpoint: &[f64], deviation: Option<f64>) {
+        if !matches!(self.segment, Segment::Path(_)) {
+            return;
+        }
+        let tool = self.arm.joints(setpoint).ok();
+        let Some(tool) = tool.and_then(|joints| self.tool(&joints)) else {
+            return;
+        };
+        let step_s = f64::from(self.arm.servo_step_us()) * 1e-6;
+        if let Some(path) = self.paths.last_mut() {
+            path.setpoint(at, step, step_s, &tool.position, deviation);
         }
     }
 
@@ -257,6 +289,9 @@ impl Observers {
         {
             watched.segment = segment.clone();
             watched.share = 0.0;
+            if let Segment::Path(Followed(streamed)) = segment {
+                watched.paths.push(Following::new(streamed.clone()));
+            }
         }
     }
 
@@ -279,6 +314,7 @@ impl Observers {
                 {
                     let deviation = watched.deviation(&setpoint);
                     raise(&mut watched.setpoint_error_m, deviation);
+                    watched.follow(at, trace.step, &setpoint, deviation);
                 }
             }
             Message::Feedback(feedback) => {

@@ -51,6 +51,14 @@ impl Reporter {
             } if *of > 1 => {
                 Self::line(now, &format!("    {}: node {node}/{of}", name(*robot)));
             }
+            Progress::Path {
+                robot,
+                tenths,
+                length_m,
+            } => {
+                let (share, of) = (10 * tenths, name(*robot));
+                Self::line(now, &format!("    {of}: {share:3} % of {length_m:.3} m"));
+            }
             Progress::AtRest => Self::line(now, "at rest"),
             Progress::Robot(event) => match &event.what {
                 What::Homing { robot, axis, phase } => {

@@ -1,6 +1,6 @@
 //! Runs a task: the loop that couples the Master Process with the world, and the report.
 
-use crate::observe::Observers;
+use crate::observe::{Following, Observers};
 use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
@@ -123,7 +123,7 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         seed,
         robots: robots(&cell, &observers, &faults, world.knows_mechanics()),
         buses: buses(&*world, world.now().since(begun)),
-        steps: log.finish(world.now(), failure.is_none()),
+        steps: log.finish(world.now(), failure.is_none(), &observers),
     };
     Ok(Finished {
         summary,
@@ -212,12 +212,19 @@ impl StepLog {
         self.steps.iter().map(mark).collect()
     }
 
-    fn finish(self, now: Micros, ok: bool) -> Vec<StepSummary> {
+    fn finish(self, now: Micros, ok: bool, observers: &Observers) -> Vec<StepSummary> {
+        let paths = || observers.robots.iter().flat_map(|robot| &robot.paths);
         let summary = |(name, begin, end): (String, Micros, Option<Micros>)| StepSummary {
             name,
             start_s: begin.as_secs_f64(),
             duration_s: end.unwrap_or(now).since(begin).as_secs_f64(),
             ok: end.is_some() || ok,
+            path: paths()
+                .find(|path| {
+                    let within = |at| begin <= at && at <= end.unwrap_or(now);
+                    path.begun.is_some_and(within)
+                })
+                .map(Following::summary),
         };
         self.steps.into_iter().map(summary).collect()
     }

@@ -3,7 +3,7 @@
 use super::command::{Commands, RobotCommand};
 use super::condition::{AllAtRest, AllDone, Until};
 use super::config::{Grid, Timing};
-use super::generator::{Ask, Carry, GetReady, Home, Pace, Readiness, Shadow, Together};
+use super::generator::{Ask, Carry, GetReady, Home, Pace, Readiness, Shadow, Stream, Together};
 use super::robot::Image;
 use super::subsystem::{BoxedBehaviour, MpSubsystem};
 use agent::{Behaviour, Input, List, Move, Rest, Sequence, Step, Then, Wait};
@@ -49,6 +49,12 @@ pub fn execute(items: Vec<(usize, Instruction)>, grid: Grid, timing: &Timing) ->
         grid,
         timing.start_lead_steps,
     )))
+}
+
+/// A robot follows a path that is streamed to its node; ends when it is done.
+#[must_use]
+pub fn stream(stream: Stream) -> BoxedBehaviour {
+    Box::new(Move::new(stream))
 }
 
 /// Let time pass until an instant.

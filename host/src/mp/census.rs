@@ -3,13 +3,13 @@
 use super::command::Commands;
 use super::condition::{AllAtRest, AllDone, MetAtRest, Nearer, Until};
 use super::generator::{
-    AsPlanned, Ask, ByDistance, Carry, GetReady, Guarded, Home, Shadow, Together,
+    AsPlanned, Ask, ByDistance, Carry, GetReady, Guarded, Home, Shadow, Stream, Together,
 };
 use super::subsystem::MpSubsystem;
 use agent::{Class, Constant, Inhabitant};
 
 /// Every shipped generator and condition of the Master Process.
-pub const CENSUS: [Inhabitant; 14] = [
+pub const CENSUS: [Inhabitant; 15] = [
     Inhabitant::generator::<MpSubsystem, Constant<Commands>>("Start"),
     Inhabitant::generator::<MpSubsystem, Carry<AsPlanned>>("Carry<AsPlanned>"),
     Inhabitant::generator::<MpSubsystem, Carry<ByDistance>>("Carry<ByDistance>"),
@@ -18,6 +18,7 @@ pub const CENSUS: [Inhabitant; 14] = [
     Inhabitant::generator::<MpSubsystem, Together>("Together"),
     Inhabitant::generator::<MpSubsystem, Home>("Home"),
     Inhabitant::generator::<MpSubsystem, GetReady>("GetReady"),
+    Inhabitant::generator::<MpSubsystem, Stream>("Stream"),
     Inhabitant::generator::<MpSubsystem, Carry<Guarded>>("Carry<Guarded>"),
     Inhabitant::condition::<MpSubsystem, Until>("Until"),
     Inhabitant::condition::<MpSubsystem, Nearer>("Nearer"),

@@ -7,6 +7,7 @@
 //! | `f^1(c_0, v_0)` | [`Carry`]`<`[`ByDistance`]`>` | the same, slower the nearer two tools are |
 //! | `f^2(c_0, e_c)` | [`Shadow`] | a robot keeps its pose relative to another's fed-back tool |
 //! | `f^2(c_0, e_c)` | [`Ask`], [`Together`], [`Home`], [`GetReady`] | requests to lists of robots, until all have answered |
+//! | `f^2(c_0, e_c)` | [`Stream`] | a path, element by element, as fast as its node wants it |
 //! | `f^3(c_0, e_c, v_0)` | [`Carry`]`<`[`Guarded`]`>` | carrying that slows down when the closed chain is strained |
 //!
 //! Where to add: a generator is a file here; its class is its `Args`, and [`mod@super::census`] lists it.
@@ -18,6 +19,7 @@ mod home;
 mod pace;
 mod ready;
 mod shadow;
+mod stream;
 mod together;
 
 pub use ask::Ask;
@@ -27,6 +29,7 @@ pub use home::Home;
 pub use pace::{AsPlanned, ByDistance, Guarded, Pace};
 pub use ready::{GetReady, Readiness};
 pub use shadow::{Shadow, Shadowing};
+pub use stream::{Stream, Streaming};
 pub use together::Together;
 
 use super::command::Commands;

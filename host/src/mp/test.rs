@@ -3,5 +3,6 @@
 mod handshake;
 mod motion;
 pub(crate) mod peer;
+mod stream;
 mod tight;
 pub(crate) mod world;

@@ -78,6 +78,10 @@ fn arrived_before(request: &Request, refusal: &Refusal) -> bool {
         (Request::Acknowledge { .. }, Refusal::WrongState { state }) => {
             *state != NodeState::Faulted
         }
+        // the last elements arrived, and the path has ended since; the feedback tells how
+        (Request::Path { .. } | Request::FeedOverride { .. }, Refusal::WrongState { state }) => {
+            *state == NodeState::Holding
+        }
         _ => false,
     }
 }

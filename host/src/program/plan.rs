@@ -8,12 +8,14 @@ use crate::mp::arm::Arm;
 use crate::mp::config::{Config, Grid};
 use crate::mp::failure::Failure;
 use crate::mp::generator::{Carried, Course};
-use crate::task::{Action, Coordination, Step, Task, Tight};
+use crate::path::{PathFault, Streamed};
+use crate::task::{Action, Coordination, PathStep, Step, Task, Tight};
 use core::fmt;
 use protocol::message::{Instruction, ServoLaw};
 use protocol::units::PerAxis;
 use robots::KinematicError;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where a robot is.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +66,13 @@ pub enum Work {
         tight: Tight,
         /// The joints of its robots at the beginning, in the order of the way's list.
         start: Vec<PerAxis<f64>>,
+    },
+    /// Stream a path.
+    Path {
+        /// Who, how fast, and when how much of that.
+        step: PathStep,
+        /// The path from where the tool will be.
+        streamed: Arc<Streamed>,
     },
     /// Choose a servo law.
     Servo(usize, ServoLaw),
@@ -116,6 +125,20 @@ pub enum Why {
     },
     /// The carry cannot be.
     Carry(Box<Failure>),
+    /// An element of a path cannot be.
+    Element {
+        /// Its number, from 1.
+        number: usize,
+        /// Why.
+        fault: PathFault,
+    },
+    /// On the way to a point of a path the robot is outside its limits or its reach.
+    Point {
+        /// Its number, from 1.
+        number: usize,
+        /// Why.
+        error: KinematicError,
+    },
 }
 
 impl PlanError {
@@ -151,6 +174,12 @@ impl fmt::Display for PlanError {
                 )
             }
             Why::Carry(failure) => failure.fmt(f),
+            Why::Element { number, fault } => {
+                write!(f, "{}: point {number} of the path: {fault}", self.robot)
+            }
+            Why::Point { number, error } => {
+                write!(f, "{}: to point {number} of the path: {error}", self.robot)
+            }
         }
     }
 }
@@ -261,7 +290,40 @@ impl Walk<'_> {
                     start,
                 }
             }
+            Action::Path(path) => Work::Path {
+                streamed: Arc::new(self.path(path, &source)?),
+                step: path.clone(),
+            },
             Action::Regulator { robot, law } => Work::Servo(*robot, *law),
+        })
+    }
+
+    fn path(&mut self, step: &PathStep, source: &Source<'_>) -> Result<Streamed, PlanError> {
+        let robot = step.robot;
+        let pair = self
+            .config
+            .robots
+            .get(robot)
+            .zip(self.places.get_mut(robot));
+        let Some((config, place)) = pair else {
+            return Err(error(source, "", Why::NotHomed));
+        };
+        walk::follow(config, place, step).map_err(|why| {
+            let number = match &why {
+                Why::Element { number, .. } | Why::Point { number, .. } => *number,
+                Why::NotHomed | Why::Kinematics { .. } | Why::Carry(_) => 0,
+            };
+            // a point stands in the file of the path, or in the task
+            let mark = number.checked_sub(1).and_then(|k| step.path.marks.get(k));
+            let at = Source {
+                path: match mark {
+                    Some(_) => step.path.file.as_deref().or(source.path),
+                    None => source.path,
+                },
+                line: mark.map_or(source.line, |mark| mark.line),
+                step: source.step,
+            };
+            error(&at, &config.name, why)
         })
     }
 

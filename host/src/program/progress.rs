@@ -1,9 +1,11 @@
 //! What a run tells while it runs.
 
 use crate::mp::event::Event;
+use crate::path::Streamed;
 use crate::task::Tight;
 use motion::Pose;
 use protocol::units::PerAxis;
+use std::sync::Arc;
 
 /// Something worth a line. Steps and nodes count from 1, robots are indices in the cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +33,15 @@ pub enum Progress {
         node: usize,
         /// Of how many.
         of: usize,
+    },
+    /// A robot has come so far on its path.
+    Path {
+        /// Which robot.
+        robot: usize,
+        /// Tenths of the length that are behind it.
+        tenths: u32,
+        /// The length, m.
+        length_m: f64,
     },
     /// A step has ended as it should.
     StepEnded {
@@ -72,6 +83,8 @@ pub enum Segment {
         /// To.
         to: Pose,
     },
+    /// A path that is streamed: `t_base_tool` is on its course.
+    Path(Followed),
     /// Carried: at the share s of the way the tool is at `tight.displacement(s) * start` in the
     /// world.
     Carry {
@@ -80,4 +93,15 @@ pub enum Segment {
         /// The way of the object.
         tight: Tight,
     },
+}
+
+/// A path that a robot follows. Two are equal if they are the same one: segments are compared in
+/// every macrostep, and paths are long.
+#[derive(Clone, Debug)]
+pub struct Followed(pub Arc<Streamed>);
+
+impl PartialEq for Followed {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }

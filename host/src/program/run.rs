@@ -59,6 +59,8 @@ pub struct Run {
     told: Vec<usize>,
     segments: Vec<Segment>,
     group: usize,
+    /// Per robot: where on its path it was last, m, and how many tenths were told.
+    on_path: Vec<(f64, u32)>,
 }
 
 impl Run {
@@ -95,6 +97,7 @@ impl Run {
             told: vec![0; robots.len()],
             segments: vec![Segment::None; robots.len()],
             group: 0,
+            on_path: vec![(0.0, 0); robots.len()],
             mp,
         })
     }
@@ -167,6 +170,7 @@ impl Run {
         self.progress
             .extend(events.into_iter().map(Progress::Robot));
         self.watch_nodes();
+        self.watch_paths();
         match status {
             MpStatus::Failed(failure) if !self.is_winding_up() => {
                 let step = self.step_name();
@@ -316,6 +320,7 @@ impl Run {
         });
         self.phase = Phase::Step(index);
         self.group = 0;
+        self.on_path.fill((0.0, 0));
         self.give(&step.work);
         self.begin_work(now, &step.name, &step.work);
     }

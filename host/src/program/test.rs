@@ -1,5 +1,7 @@
 //! Tasks from text to rest, in virtual time, with scripted peers.
 
+mod path;
+
 use super::plan::{Place, Plan, Work};
 use super::run::NEXT_NODE;
 use super::{Progress, Run, RunError, RunStatus, Segment, config_of};
@@ -126,6 +128,7 @@ fn observers_are_told_the_way() {
             }
             Segment::Line { .. } => "line",
             Segment::Carry { .. } => "carry",
+            Segment::Path(_) => "path",
         };
         if seen.last() != Some(&name) {
             seen.push(name);

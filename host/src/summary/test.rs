@@ -43,6 +43,7 @@ fn example() -> Summary {
             start_s: 0.0,
             duration_s: 12.0,
             ok: true,
+            path: None,
         }],
     }
 }
@@ -111,6 +112,37 @@ step        began     took
 home both  0.00 s  12.00 s  ok
 ";
     assert_eq!(example().to_string(), expected);
+}
+
+#[test]
+fn a_path_has_a_table_and_a_key_of_its_own() {
+    let mut summary = example();
+    assert!(!summary.to_json().unwrap().contains("feed_max_m_s"));
+    summary.steps.push(StepSummary {
+        name: "rose".into(),
+        start_s: 12.0,
+        duration_s: 80.0,
+        ok: true,
+        path: Some(PathSummary {
+            points: 1500,
+            length_m: 4.25,
+            moving_s: Some(79.5),
+            feed_mean_m_s: Some(0.0487),
+            feed_max_m_s: Some(0.05),
+            setpoint_path_error_max_m: None,
+        }),
+    });
+    let value: serde_json::Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
+    assert_eq!(value["steps"][1]["path"]["points"], 1500);
+    assert_eq!(
+        value["steps"][1]["path"]["setpoint_path_error_max_m"],
+        serde_json::Value::Null
+    );
+    let expected = "
+path  points   length    moved  mean feed   max feed  set-point path error
+rose    1500  4.250 m  79.50 s  48.7 mm/s  50.0 mm/s                     –
+";
+    assert!(summary.to_string().ends_with(expected), "{summary}");
 }
 
 #[test]

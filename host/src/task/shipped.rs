@@ -87,24 +87,29 @@ impl<const N: usize, R: Robot<N>> Arm<'_, N, R> {
 
     /// Along poses of the tool; the time the motors need at least, s.
     fn follow(&mut self, pose: impl Fn(f64) -> Pose, what: &str) -> f64 {
-        let tool = self.robot.description().default_tool().inverse();
         let mut turned = 0.0;
         for k in 1..=SAMPLES {
-            let flange = pose(f64::from(k) / f64::from(SAMPLES)) * tool;
-            let found: Inverse<N> = self
-                .robot
-                .inverse(&flange, &self.joints)
-                .unwrap_or_else(|e| panic!("{what}, sample {k}: {e}"));
-            let q = found.nearest();
-            let jump =
-                q.0.iter()
-                    .zip(self.joints.0)
-                    .map(|(a, b)| (a - b).abs())
-                    .fold(0.0, larger);
-            assert!(jump < 0.05, "{what}, sample {k}: a jump of {jump}");
-            turned += self.go(q, what);
+            let at = pose(f64::from(k) / f64::from(SAMPLES));
+            turned += self.beside(at, &format!("{what}, sample {k}"));
         }
         turned / MOTOR_RAD_S
+    }
+
+    /// To a pose of the tool nearby; how far the motor that turned most did.
+    fn beside(&mut self, tool: Pose, what: &str) -> f64 {
+        let flange = tool * self.robot.description().default_tool().inverse();
+        let found: Inverse<N> = self
+            .robot
+            .inverse(&flange, &self.joints)
+            .unwrap_or_else(|e| panic!("{what}: {e}"));
+        let q = found.nearest();
+        let jump =
+            q.0.iter()
+                .zip(self.joints.0)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, larger);
+        assert!(jump < 0.05, "{what}: a jump of {jump}");
+        self.go(q, what)
     }
 
     fn line(&mut self, to: Pose, velocity: f64, angular: f64, what: &str) -> f64 {
@@ -191,6 +196,19 @@ impl<const N: usize, R: Robot<N>> Arm<'_, N, R> {
                 assert!(time * 1.875 < tight.duration_s, "{what}: {time} s at least");
                 self.say(&what, tight.duration_s);
                 tight.duration_s
+            }
+            Action::Path(path) => {
+                if path.robot != me {
+                    return 0.0;
+                }
+                let streamed = path.path.from(&self.tool(), path.reference).unwrap();
+                let course = &streamed.course;
+                let time = course.length_m() / f64::from(path.speeds.velocity_m_s);
+                for s in course.samples(2e-3) {
+                    self.beside(course.at(s).unwrap().pose, &format!("{what}, s = {s:.3}"));
+                }
+                self.say(&what, time);
+                time
             }
             Action::Regulator { .. } => 0.0,
         }
@@ -297,4 +315,48 @@ fn the_main_job_shows_every_way_of_moving() {
     assert!(has(|a| matches!(a, Action::Tight(_))));
     assert!(has(|a| matches!(a, Action::Move { .. })));
     assert!(has(|a| matches!(a, Action::Home { .. })));
+}
+
+#[test]
+fn the_rose_is_within_reach_and_as_its_formula_says() {
+    let task = shipped("rose.toml");
+    let mut postument = Arm {
+        robot: &Irp6Postument,
+        index: 0,
+        joints: Joints([0.0; 6]),
+    };
+    let mut total = 0.0;
+    for step in &task.steps {
+        total += postument.step(&task.cell, step);
+    }
+    // at the feed asked for, without homing
+    assert!((60.0..150.0).contains(&total), "{total}");
+    let mut paths = task.steps.iter().filter_map(|step| match &step.action {
+        Action::Path(path) => Some(path),
+        _ => None,
+    });
+    let rose = &paths.next().unwrap().path.marks;
+    assert_eq!(rose.len(), 1501);
+    for (mark, k) in rose.iter().zip(0..) {
+        let u = 8.0 * std::f64::consts::PI * f64::from(k) / 1500.0;
+        let r = 0.11 * libm::cos(1.75 * u);
+        let expected = [
+            r * libm::cos(u) - 0.11,
+            r * libm::sin(u),
+            0.015 * (1.0 - libm::cos(u / 4.0)),
+            0.0,
+            0.0,
+            0.2 * libm::sin(u / 4.0),
+        ];
+        let turn = mark.to.rotation_rad.unwrap();
+        let read = mark.to.position_m.iter().chain(&turn);
+        for (read, expected) in read.zip(expected) {
+            // seven digits after the point
+            assert!((read - expected).abs() < 5.1e-8, "line {}", mark.line);
+        }
+    }
+    let frame = &paths.next().unwrap().path.marks;
+    let has = |wanted: fn(&crate::path::Way) -> bool| frame.iter().any(|m| wanted(&m.way));
+    assert!(has(|way| matches!(way, crate::path::Way::Line { .. })));
+    assert!(has(|way| matches!(way, crate::path::Way::Arc { .. })));
 }

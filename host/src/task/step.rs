@@ -30,11 +30,12 @@ pub(super) fn read(
             "move",
             "wait",
             "tight",
+            "path",
             "regulator",
         ],
     )?;
     let (key, value) =
-        fields.exactly_one(&["home", "trj", "move", "wait", "tight", "regulator"])?;
+        fields.exactly_one(&["home", "trj", "move", "wait", "tight", "path", "regulator"])?;
     if key != "trj"
         && let Some(stray) = fields.optional("coordination")
     {
@@ -62,6 +63,7 @@ pub(super) fn read(
                 })?,
         },
         "tight" => Action::Tight(tight(cell, &value)?),
+        "path" => Action::Path(super::path::read(document, cell, &value)?),
         _ => {
             let fields = value.fields("a choice of regulator", &["robot", "law"])?;
             Action::Regulator {
@@ -83,7 +85,7 @@ pub(super) fn read(
     })
 }
 
-fn robot(cell: &Cell, value: &Value<'_, '_>) -> Result<usize, DataError> {
+pub(super) fn robot(cell: &Cell, value: &Value<'_, '_>) -> Result<usize, DataError> {
     let name = value.text()?;
     find(cell, name).map_err(|expected| {
         value.error(Problem::UnknownName, "unknown robot", expected, shown(name))
@@ -376,7 +378,11 @@ fn tight(cell: &Cell, value: &Value<'_, '_>) -> Result<Tight, DataError> {
 }
 
 /// A key that means nothing without another.
-fn together(fields: &Fields<'_, '_>, key: &'static str, needs: &str) -> Result<(), DataError> {
+pub(super) fn together(
+    fields: &Fields<'_, '_>,
+    key: &'static str,
+    needs: &str,
+) -> Result<(), DataError> {
     match fields.optional(key) {
         None => Ok(()),
         Some(value) => Err(value.error(

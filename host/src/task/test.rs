@@ -171,11 +171,11 @@ fn every_mistake_in_a_step_has_its_place() {
     let cases = [
         (
             "",
-            "0:1: error: a step that says nothing (expected exactly one of `home`, `trj`, `move`, `wait`, `tight` or `regulator`, got none)",
+            "0:1: error: a step that says nothing (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path` or `regulator`, got none)",
         ),
         (
             "hme = []",
-            "1:1: error: unknown key in a step (expected `name`, `home`, `trj`, `coordination`, `move`, `wait`, `tight` or `regulator`, got `hme`)",
+            "1:1: error: unknown key in a step (expected `name`, `home`, `trj`, `coordination`, `move`, `wait`, `tight`, `path` or `regulator`, got `hme`)",
         ),
         (
             "home = []",
@@ -195,7 +195,7 @@ fn every_mistake_in_a_step_has_its_place() {
         ),
         (
             "wait = { seconds = 1 }\nhome = [\"irp6-track\"]",
-            "1:8: error: a step that says two things (expected exactly one of `home`, `trj`, `move`, `wait`, `tight` or `regulator`, got `home` and `wait`)",
+            "1:8: error: a step that says two things (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path` or `regulator`, got `home` and `wait`)",
         ),
         (
             "wait = { seconds = 0 }",

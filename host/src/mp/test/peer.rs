@@ -1,6 +1,7 @@
 //! A scripted peer of the Master Process: what a node says, over `protocol::link`, without drives
 //! and dynamics. It is written from the documentation of the messages, not from the node.
 
+pub(crate) mod path;
 mod request;
 
 use crate::mp::arm::{Arm, arm, unit_rad};
@@ -12,7 +13,7 @@ use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{
     Command, Coordination, Event, Feedback, HomingPhase, Identity, Instruction, KnotMessage,
-    NodeState, PoseReference, Progress, Reply, StopKind,
+    NodeState, PoseMessage, PoseReference, Progress, Reply, StopKind,
 };
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
@@ -30,6 +31,7 @@ pub(crate) struct Script {
     pub(crate) drives_never: bool,
     pub(crate) fault_at: Option<Micros>,
     pub(crate) homed: bool,
+    pub(crate) path: path::PathScript,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +53,10 @@ enum Doing {
     },
     Following {
         end: bool,
+    },
+    /// On a path; when the element at its head is passed.
+    Path {
+        next: Option<Micros>,
     },
     Stopping {
         until: Micros,
@@ -80,6 +86,7 @@ pub(crate) struct Peer {
     pub(crate) decisions: Vec<u16>,
     epoch: u32,
     pub(crate) feedback_on: bool,
+    pub(crate) path: path::Taken,
 }
 
 /// How long a motion takes, unless it says so itself.
@@ -111,6 +118,7 @@ impl Peer {
             decisions: Vec::new(),
             epoch: 0x100,
             feedback_on: true,
+            path: path::Taken::default(),
         }
     }
 
@@ -265,7 +273,10 @@ impl Peer {
             self.lease = None;
             if matches!(
                 self.doing,
-                Doing::Moving { .. } | Doing::Following { .. } | Doing::Homing { .. }
+                Doing::Moving { .. }
+                    | Doing::Following { .. }
+                    | Doing::Path { .. }
+                    | Doing::Homing { .. }
             ) {
                 self.raise(now, Cause::LeaseExpired);
             }
@@ -312,6 +323,7 @@ impl Peer {
                     self.done();
                 }
             }
+            Doing::Path { next } => self.pass(now, next),
             _ => {}
         }
     }
@@ -336,6 +348,11 @@ impl Peer {
                 self.doing = Doing::Following { end: false };
                 return;
             }
+            Instruction::FollowPath { .. } => {
+                self.path = path::Taken::default();
+                self.doing = Doing::Path { next: None };
+                return;
+            }
             Instruction::MoveMotors {
                 target, relative, ..
             } => Some(sum(&self.motors, target, *relative)),
@@ -348,25 +365,13 @@ impl Peer {
             Instruction::MovePose {
                 target, reference, ..
             } => {
-                let t_flange_tool = self.arm.default_tool();
-                let joints = self.arm.joints(&self.motors).unwrap();
-                let goal = Pose::from_rotation_vector(
-                    target.position_m.into(),
-                    target.rotation_rad.into(),
-                );
-                let begin = self.arm.forward(&joints).unwrap() * t_flange_tool;
+                let goal = pose(target);
                 let goal = if *reference == PoseReference::Tool {
-                    begin * goal
+                    self.tool() * goal
                 } else {
                     goal
                 };
-                // along the line, as the branch of the inverse is that of the neighbour
-                let line = Line::new(begin, goal);
-                let joints = (1..=100).fold(joints, |near, k| {
-                    let flange = line.at(f64::from(k) / 100.0) * t_flange_tool.inverse();
-                    self.arm.inverse(&flange, &near).unwrap()
-                });
-                Some(self.arm.motors(&joints).unwrap())
+                Some(self.straight_to(goal))
             }
             _ => None,
         };
@@ -374,6 +379,24 @@ impl Peer {
             until: now + MOTION,
             target,
         };
+    }
+
+    /// `t_base_tool`
+    fn tool(&self) -> Pose {
+        let joints = self.arm.joints(&self.motors).unwrap();
+        self.arm.forward(&joints).unwrap() * self.arm.default_tool()
+    }
+
+    /// The motors at a pose of the tool, on the branch of the inverse that a straight line leads to.
+    fn straight_to(&self, goal: Pose) -> PerAxis<f64> {
+        let t_flange_tool = self.arm.default_tool();
+        let line = Line::new(self.tool(), goal);
+        let joints = self.arm.joints(&self.motors).unwrap();
+        let joints = (1..=100).fold(joints, |near, k| {
+            let flange = line.at(f64::from(k) / 100.0) * t_flange_tool.inverse();
+            self.arm.inverse(&flange, &near).unwrap()
+        });
+        self.arm.motors(&joints).unwrap()
     }
 
     #[expect(
@@ -406,4 +429,8 @@ impl Peer {
             lost: 0,
         }
     }
+}
+
+fn pose(message: &PoseMessage) -> Pose {
+    Pose::from_rotation_vector(message.position_m.into(), message.rotation_rad.into())
 }

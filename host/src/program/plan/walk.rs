@@ -3,9 +3,11 @@
 use super::{Place, Why};
 use crate::mp::arm::Arm;
 use crate::mp::config::RobotConfig;
+use crate::path::{Streamed, pose};
 use crate::program::progress::Segment;
+use crate::task::PathStep;
 use motion::{Line, Pose};
-use protocol::message::{Instruction, PoseMessage, PosePath, PoseReference};
+use protocol::message::{Instruction, PosePath, PoseReference};
 use protocol::units::PerAxis;
 use robots::KinematicError;
 
@@ -100,12 +102,55 @@ pub(super) fn walk(
     }
 }
 
-const fn goal(error: KinematicError) -> Why {
-    Why::Kinematics { share: 1.0, error }
+/// A path from a place: all of its curve inside the limits; the place moves on to its end.
+pub(super) fn follow(
+    config: &RobotConfig,
+    place: &mut Place,
+    step: &PathStep,
+) -> Result<Streamed, Why> {
+    let arm = config.arm;
+    let mut near = joints(arm, place)?;
+    let start = arm
+        .forward(&near)
+        .map_err(|error| Why::Kinematics { share: 0.0, error })?
+        * config.t_flange_tool;
+    let streamed = step
+        .path
+        .from(&start, step.reference)
+        .map_err(|fault| Why::Element {
+            number: fault.mark + 1,
+            fault,
+        })?;
+    let course = &streamed.course;
+    for s in course.samples(LINE_STEP) {
+        let failed = |error| Why::Point {
+            number: streamed.marks.get(course.element(s)).map_or(0, |k| k + 1),
+            error,
+        };
+        let Some(point) = course.at(s) else { break };
+        near = beside(config, &point.pose, &near).map_err(failed)?;
+    }
+    place.motors = arm.motors(&near).map_err(goal)?;
+    Ok(streamed)
 }
 
-fn pose(message: &PoseMessage) -> Pose {
-    Pose::from_rotation_vector(message.position_m.into(), message.rotation_rad.into())
+/// The joints at a pose of the tool, on the branch of their neighbours and inside the limits.
+fn beside(
+    config: &RobotConfig,
+    tool: &Pose,
+    near: &PerAxis<f64>,
+) -> Result<PerAxis<f64>, KinematicError> {
+    let flange = *tool * config.t_flange_tool.inverse();
+    let next = config.arm.inverse(&flange, near)?;
+    if next.iter().zip(near).any(|(a, b)| (a - b).abs() > BRANCH) {
+        return Err(KinematicError::Singular);
+    }
+    config.arm.check(&next)?;
+    Ok(next)
+}
+
+const fn goal(error: KinematicError) -> Why {
+    Why::Kinematics { share: 1.0, error }
 }
 
 fn joints(arm: &dyn Arm, place: &Place) -> Result<PerAxis<f64>, Why> {
@@ -155,13 +200,7 @@ fn along(config: &RobotConfig, line: &Line, from: PerAxis<f64>) -> Result<PerAxi
     for k in 1..=points {
         let share = f64::from(k) / f64::from(points);
         let failed = |error| Why::Kinematics { share, error };
-        let flange = line.at(share) * config.t_flange_tool.inverse();
-        let next = config.arm.inverse(&flange, &near).map_err(failed)?;
-        if next.iter().zip(&near).any(|(a, b)| (a - b).abs() > BRANCH) {
-            return Err(failed(KinematicError::Singular));
-        }
-        config.arm.check(&next).map_err(failed)?;
-        near = next;
+        near = beside(config, &line.at(share), &near).map_err(failed)?;
     }
     Ok(near)
 }

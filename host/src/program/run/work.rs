@@ -4,16 +4,24 @@ use super::{NEXT_NODE, Phase, Run, RunError, SAME_RAD};
 use crate::mp::Job;
 use crate::mp::behaviour::{self, sequence};
 use crate::mp::failure::Failure;
-use crate::mp::generator::{AsPlanned, Carried, Carry, Course, Together};
+use crate::mp::generator::{AsPlanned, Carried, Carry, Course, Stream, Together};
 use crate::mp::subsystem::BoxedBehaviour;
 use crate::mp::watch::Watch;
+use crate::path::Streamed;
 use crate::program::plan::{Motion, Work};
-use crate::program::progress::{Progress, Segment};
-use crate::task::Tight;
+use crate::program::progress::{Followed, Progress, Segment};
+use crate::task::{PathStep, Tight};
 use agent::Move;
 use protocol::message::{Decision, StopKind};
 use protocol::time::Micros;
 use protocol::units::PerAxis;
+use std::sync::Arc;
+
+/// A tool goes no farther than this between two macrosteps, m: 5 m/s, the fastest a task can ask for.
+const PATH_REACH_M: f64 = 0.1;
+
+/// So much of a tenth of a path is not waited for: at its end units of the drives are missing.
+const NEARLY: f64 = 1e-3;
 
 impl Run {
     /// Notes which motions every robot gets in this step, in their order.
@@ -25,7 +33,11 @@ impl Run {
         self.told.iter_mut().for_each(|told| *told = 0);
         let lists = match work {
             Work::Groups(lists) | Work::Streams(lists) => lists,
-            Work::Home(_) | Work::Wait(_) | Work::Carry { .. } | Work::Servo(..) => return,
+            Work::Home(_)
+            | Work::Wait(_)
+            | Work::Carry { .. }
+            | Work::Path { .. }
+            | Work::Servo(..) => return,
         };
         for motion in lists.iter().flatten() {
             if let Some((_, motions)) = self.given.get_mut(motion.robot) {
@@ -38,16 +50,7 @@ impl Run {
         let (grid, timing, i) = (self.mp.grid(), self.mp.config().timing, self.mp.instant());
         let (behaviour, robots): (BoxedBehaviour, Vec<usize>) = match work {
             Work::Home(robots) => {
-                for robot in robots {
-                    if self
-                        .mp
-                        .robots()
-                        .get(*robot)
-                        .is_some_and(|image| !image.is_homed())
-                    {
-                        self.set_segment(*robot, Segment::Homing);
-                    }
-                }
+                self.show_homing(robots);
                 (behaviour::home(robots.clone(), timing), robots.clone())
             }
             Work::Groups(groups) => {
@@ -104,6 +107,7 @@ impl Run {
                 let robots = (0..self.mp.robots().len()).collect();
                 (behaviour::wait_until(until), robots)
             }
+            Work::Path { step, streamed } => (self.stream(step, streamed), vec![step.robot]),
             Work::Servo(robot, law) => (behaviour::select_servo(*robot, *law), vec![*robot]),
             Work::Carry { tight, start } => match self.carry(tight, start) {
                 Ok(carry) => (behaviour::carry(carry, grid), tight.robots.clone()),
@@ -116,6 +120,33 @@ impl Run {
         };
         let watch = Watch::work(robots, timing.silence_ms);
         self.mp.begin(Job::new(name, behaviour, watch));
+    }
+
+    fn show_homing(&mut self, robots: &[usize]) {
+        for robot in robots {
+            let image = self.mp.robots().get(*robot);
+            if image.is_some_and(|image| !image.is_homed()) {
+                self.set_segment(*robot, Segment::Homing);
+            }
+        }
+    }
+
+    /// A path as planned.
+    fn stream(&self, step: &PathStep, streamed: &Arc<Streamed>) -> BoxedBehaviour {
+        let macrostep_s = self.mp.grid().macrostep_s();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most an hour in macrosteps, and a share from -1 to 1"
+        )]
+        let overrides = step.overrides.iter().map(|(time, share)| {
+            let steps = libm::ceil(time / macrostep_s) as u32;
+            (steps, *share as f32)
+        });
+        let overrides = overrides.collect();
+        let elements = streamed.elements.clone();
+        let stream = Stream::new(step.robot, step.speeds, elements);
+        behaviour::stream(stream.overriding(overrides))
     }
 
     /// A carry from where the set-points are.
@@ -171,6 +202,63 @@ impl Run {
             Ok(Carry::checked(course, AsPlanned, grid, &timing))
         } else {
             Carry::new(course, AsPlanned, grid, &timing)
+        }
+    }
+
+    /// How far robots have come on their paths.
+    pub(super) fn watch_paths(&mut self) {
+        self.find_path();
+        for (robot, segment) in self.segments.iter().enumerate() {
+            let Segment::Path(Followed(streamed)) = segment else {
+                continue;
+            };
+            let (Some(image), Some((s, tenths))) =
+                (self.mp.robots().get(robot), self.on_path.get_mut(robot))
+            else {
+                continue;
+            };
+            let tool = image.demanded_joints().and_then(|joints| {
+                Some(image.arm().forward(&joints).ok()? * image.config().t_flange_tool)
+            });
+            let course = &streamed.course;
+            let Some((now, _)) = tool.and_then(|tool| course.nearest(&tool, *s, PATH_REACH_M))
+            else {
+                continue;
+            };
+            *s = now;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "from 0 to 10"
+            )]
+            let done = libm::floor(10.0 * now / course.end() + NEARLY) as u32;
+            if done > *tenths {
+                *tenths = done;
+                self.progress.push(Progress::Path {
+                    robot,
+                    tenths: done,
+                    length_m: course.length_m(),
+                });
+            }
+        }
+    }
+
+    /// The segment of a path begins when its instruction runs: before, the last set-points of the
+    /// motion before it are still on their way.
+    fn find_path(&mut self) {
+        let (Phase::Step(index), Some(plan)) = (&self.phase, &self.plan) else {
+            return;
+        };
+        let Some(Work::Path { step, streamed }) = plan.steps.get(*index).map(|s| &s.work) else {
+            return;
+        };
+        let (robot, segment) = (step.robot, Segment::Path(Followed(streamed.clone())));
+        let runs =
+            self.mp.robots().get(robot).is_some_and(|image| {
+                image.progress() == Some(protocol::message::Progress::Running)
+            });
+        if runs {
+            self.set_segment(robot, segment);
         }
     }
 

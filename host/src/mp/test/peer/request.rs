@@ -6,7 +6,7 @@ use protocol::message::{Instruction, NodeState, Progress, Reply, Request, StopKi
 use protocol::time::Micros;
 
 impl Peer {
-    fn authorise(&self, from: u8, epoch: u32) -> Result<(), Refusal> {
+    pub(super) fn authorise(&self, from: u8, epoch: u32) -> Result<(), Refusal> {
         match self.lease {
             Some((holder, ours, ..)) if holder == from && ours == epoch => Ok(()),
             Some((_, epoch, ..)) => Err(Refusal::NoLease { epoch }),
@@ -88,6 +88,9 @@ impl Peer {
                 }
                 self.fault = None;
                 self.state = self.rest();
+            }
+            request @ (Request::Path { .. } | Request::FeedOverride { .. }) => {
+                return self.path_request(now, from, &request);
             }
             Request::SelectServo { epoch, .. }
             | Request::SetTool { epoch, .. }
