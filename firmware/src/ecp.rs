@@ -96,10 +96,6 @@ impl<B: Behaviour<EcpOf<N>>, const N: usize> Programs<N> for OneProgram<B> {
 
 /// The running instruction.
 #[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one per node, in place: there is no heap to put a variant on"
-)]
 enum Running<R, const N: usize> {
     None,
     Hold(Move<Hold, u32>),

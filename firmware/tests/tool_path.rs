@@ -16,6 +16,14 @@ const H: f64 = 0.02;
 const N: usize = 6;
 const FROM: Joints<N> = Joints([0.0, -1.57, 0.0, 1.2, 1.57, -1.57]);
 
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
 fn limits() -> Limits<N> {
     EdpSetup::<N>::generator_limits(&Irp6Postument, 1.0)
 }
@@ -63,7 +71,8 @@ enum End {
 }
 
 impl Run {
-    fn new(arm: ToolMotion<Irp6Postument, N>, elements: Vec<PathElement>) -> Self {
+    fn new(arm: &ToolMotion<Irp6Postument, N>, elements: Vec<PathElement>) -> Self {
+        let arm = *arm;
         Self {
             arm,
             elements,
@@ -182,14 +191,14 @@ impl Run {
         for [m] in points {
             for k in 0..N {
                 let l = self.arm.joint_limits[k];
-                load[0] = load[0].max(m.velocity[k].abs() / l.v);
-                load[1] = load[1].max(m.acceleration[k].abs() / l.a);
+                load[0] = larger(load[0], m.velocity[k].abs() / l.v);
+                load[1] = larger(load[1], m.acceleration[k].abs() / l.a);
             }
         }
         for pair in points.windows(2) {
             for k in 0..N {
                 let jerk = (pair[1][0].acceleration[k] - pair[0][0].acceleration[k]) / 125e-6;
-                load[2] = load[2].max(jerk.abs() / self.arm.joint_limits[k].j);
+                load[2] = larger(load[2], jerk.abs() / self.arm.joint_limits[k].j);
             }
         }
         load
@@ -245,14 +254,14 @@ fn set_points_of_arcs_and_lines_are_on_them_to_a_nanometre() {
         PathElement::End,
     ];
     for feed in [0.02, 0.1, 0.25] {
-        let mut run = Run::new(arm(feed), elements.clone());
+        let mut run = Run::new(&arm(feed), elements.clone());
         assert_eq!(run.steps(2000, |_| 1.0, |_| false), End::Done);
         let points = run.set_points();
         let arc = Arc::through(a, via, b).unwrap();
         let line = Straight::new(b, c).unwrap();
         let worst = points.iter().step_by(7).fold(0.0f64, |worst, [m]| {
             let p = run.tool(&m.position).position;
-            worst.max(distance(&arc, &p).min(distance(&line, &p)))
+            larger(worst, smaller(distance(&arc, &p), distance(&line, &p)))
         });
         let load = run.load(&points);
         println!(
@@ -276,9 +285,9 @@ fn flower(points: u32) -> Vec<Pose> {
     (1..=points)
         .map(|i| {
             let t = f64::from(i) / f64::from(points) * std::f64::consts::TAU;
-            let r = 0.03 * (3.0 * t).sin();
-            let way = Vector3::new(0.2 * r * t.sin(), r * t.sin(), r * t.cos());
-            let turn = motion::pose::exp(Vector3::new(0.0, 0.1 * t.sin(), 0.0));
+            let r = 0.03 * libm::sin(3.0 * t);
+            let way = Vector3::new(0.2 * r * libm::sin(t), r * libm::sin(t), r * libm::cos(t));
+            let turn = motion::pose::exp(Vector3::new(0.0, 0.1 * libm::sin(t), 0.0));
             Pose {
                 position: a.position + way,
                 rotation: turn * a.rotation,
@@ -336,7 +345,7 @@ fn a_streamed_curve_is_kept_whatever_the_feed_rate_does() {
             })
             .collect();
         let gaps: Vec<bool> = (0..400).map(|_| dice.roll() < 0.2).collect();
-        let mut run = Run::new(arm(0.08), through(&points));
+        let mut run = Run::new(&arm(0.08), through(&points));
         let first = run.steps(4000, |i| shares[i / 30 % 400], |i| gaps[i / 25 % 400]);
         if first == End::StillRunning {
             assert_eq!(run.steps(4000, |_| 1.0, |_| false), End::Done);
@@ -349,8 +358,8 @@ fn a_streamed_curve_is_kept_whatever_the_feed_rate_does() {
                 .iter()
                 .filter(|span| (span.at(0.0).pose.position - p).norm() < 3e-3)
                 .map(|span| distance(span, &p))
-                .fold(f64::MAX, f64::min);
-            worst.max(off)
+                .fold(f64::MAX, smaller);
+            larger(worst, off)
         });
         let load = run.load(&set_points);
         println!(
@@ -387,9 +396,9 @@ fn corners_are_rounded_within_their_tolerance_and_not_stopped_at() {
         });
         lines.chain([PathElement::End]).collect()
     };
-    let mut sharp = Run::new(arm(0.1), square(exact()));
+    let mut sharp = Run::new(&arm(0.1), square(exact()));
     assert_eq!(sharp.steps(2000, |_| 1.0, |_| false), End::Done);
-    let mut round = Run::new(arm(0.1), square(rounded));
+    let mut round = Run::new(&arm(0.1), square(rounded));
     assert_eq!(round.steps(2000, |_| 1.0, |_| false), End::Done);
     assert!(
         round.knots.len() < sharp.knots.len(),
@@ -416,11 +425,12 @@ fn corners_are_rounded_within_their_tolerance_and_not_stopped_at() {
     let off = |run: &Run| {
         run.knots.iter().fold(0.0f64, |worst, k| {
             let p = run.tool(&k.position).position;
-            worst.max(
+            larger(
+                worst,
                 sides
                     .iter()
                     .map(|side| distance(side, &p))
-                    .fold(f64::MAX, f64::min),
+                    .fold(f64::MAX, smaller),
             )
         })
     };
@@ -452,7 +462,7 @@ fn what_cannot_be_done_is_refused_at_rest_before_it() {
         corner: exact(),
     };
     let refused = |elements: Vec<PathElement>| {
-        let mut run = Run::new(arm(0.1), elements);
+        let mut run = Run::new(&arm(0.1), elements);
         let end = run.steps(3000, |_| 1.0, |_| false);
         let last = run.knots.last().unwrap();
         let at_rest = last

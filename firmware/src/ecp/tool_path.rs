@@ -215,7 +215,7 @@ impl<const N: usize> ToolPath<N> {
         })
     }
 
-    /// Where the path ends so far: t_base_tool.
+    /// Where the path ends so far: `t_base_tool`.
     #[must_use]
     pub const fn last(&self) -> &Pose {
         &self.last
@@ -266,14 +266,14 @@ impl<const N: usize> ToolPath<N> {
             }
             PathElement::Line { to, corner } => {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
-                self.line(to, corner)
+                self.line(to, *corner)
             }
             PathElement::Arc { via_m, to, corner } => {
                 self.end_curve()?;
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
                 let arc =
                     Arc::through(self.last, Vector3::from(*via_m), to).map_err(piece_problem)?;
-                self.push(arc.into(), corner)?;
+                self.push(arc, *corner)?;
                 self.last = to;
                 Ok(())
             }
@@ -286,10 +286,10 @@ impl<const N: usize> ToolPath<N> {
     }
 
     /// A straight line; one that goes nowhere is none.
-    fn line(&mut self, to: Pose, corner: &Corner) -> Result<(), PathProblem> {
+    fn line(&mut self, to: Pose, corner: Corner) -> Result<(), PathProblem> {
         self.end_curve()?;
         match Straight::new(self.last, to) {
-            Ok(line) => self.push(line.into(), corner)?,
+            Ok(line) => self.push(line, corner)?,
             Err(PieceError::TooShort) => {}
             Err(error) => return Err(piece_problem(error)),
         }
@@ -307,7 +307,7 @@ impl<const N: usize> ToolPath<N> {
             radians: 0.0,
         };
         self.ended = true;
-        self.line(to, &exact).map_err(|problem| Refusal::Path {
+        self.line(to, exact).map_err(|problem| Refusal::Path {
             element: 0,
             problem,
         })
@@ -326,7 +326,7 @@ impl<const N: usize> ToolPath<N> {
         Ok(())
     }
 
-    fn push(&mut self, piece: Piece, corner: &Corner) -> Result<(), PathProblem> {
+    fn push(&mut self, piece: impl Into<Piece>, corner: Corner) -> Result<(), PathProblem> {
         let tolerance = Tolerance {
             metres: f64::from(corner.metres),
             radians: f64::from(corner.radians),
@@ -427,7 +427,7 @@ impl<const N: usize> ToolPath<N> {
         self.status = step.status;
         let end = self.path.end();
         let s = if step.end.p < end { step.end.p } else { end };
-        let moved = s > self.s || s < self.s;
+        let moved = libm::fabs(s - self.s) > 0.0;
         self.s = s;
         let at_rest = step.end.v.abs() <= 0.0 && step.end.a.abs() <= 0.0;
         if at_rest && !moved {
