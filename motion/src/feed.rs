@@ -28,10 +28,12 @@
 
 mod average;
 mod envelope;
+mod erosion;
 mod gauge;
 mod inner;
 mod intake;
 mod limits;
+mod polygon;
 mod sample;
 mod window;
 
@@ -292,10 +294,20 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
             return self.wall();
         }
         let known = self.front;
+        let mut surveys = 0;
         for _ in 0..W {
-            let ends = self.window.get(self.front).is_none_or(|r| r.ends);
-            if ends || !self.window.survey(self.front, &self.plan) {
+            let Some(record) = self.window.get(self.front) else {
                 break;
+            };
+            if record.ends {
+                break;
+            }
+            if record.bounds.is_none() {
+                if surveys >= self.plan.most_surveys || !self.window.survey(self.front, &self.plan)
+                {
+                    break;
+                }
+                surveys += 1;
             }
             self.front += 1;
         }

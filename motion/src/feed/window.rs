@@ -1,8 +1,10 @@
 //! The samples known at present, and how far a step taken at one of them reaches.
 
+use super::erosion::{Bounds, Common};
 use super::limits::{Plan, count};
 use super::sample::Allowed;
 use crate::scalar::{larger, smaller};
+use core::ops::RangeInclusive;
 
 /// A sample in the window. The cell of a record lies between it and the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +24,8 @@ pub(super) struct Record<const N: usize> {
     /// Samples before and after the cell that bear on a step taken in it.
     before: u16,
     after: u16,
+    /// What those allow; `None` until the last of them is known.
+    pub(super) bounds: Option<Bounds>,
 }
 
 /// At most W records; indices count from the oldest.
@@ -30,6 +34,7 @@ pub(super) struct Window<const N: usize, const W: usize> {
     slots: [Option<Record<N>>; W],
     head: usize,
     len: usize,
+    pub(super) common: Option<Common>,
 }
 
 impl<const N: usize, const W: usize> Window<N, W> {
@@ -38,6 +43,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
             slots: [None; W],
             head: 0,
             len: 0,
+            common: None,
         }
     }
 
@@ -74,6 +80,9 @@ impl<const N: usize, const W: usize> Window<N, W> {
         if self.len > 0 {
             self.head = self.slot(1);
             self.len -= 1;
+            if let Some(common) = &mut self.common {
+                common.renumber();
+            }
         }
     }
 
@@ -85,13 +94,14 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let record = Record {
             s,
             reach: if begins || ends { 0.0 } else { allowed.most_x },
-            allowed,
+            allowed: allowed.reduced(),
             begins,
             ends,
             fast: 0.0,
             envelope: 0.0,
             before: 0,
             after: 0,
+            bounds: None,
         };
         let slot = self.slot(self.len);
         if let Some(free) = self.slots.get_mut(slot) {
@@ -146,7 +156,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
         }
     }
 
-    /// Finds the samples that bear on a step in this cell; false while not all of them are known.
+    /// Finds the samples that bear on a step in this cell, and what they allow; false while not all of
+    /// them are known. Samples that come later can only make their number smaller: once is enough.
     ///
     /// While the acceleration chosen in a macrostep is part of the mean, the motion is at the mean of
     /// positions up to h + τ away in time. Nothing moves faster than `fast`, so with D(t) the way made
@@ -158,6 +169,10 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let before = self.travel(i, plan, false).unwrap_or(0);
         if let Some(r) = self.get_mut(i) {
             (r.before, r.after) = (before, after);
+        }
+        let bounds = self.bounds(&self.range(i));
+        if let Some(r) = self.get_mut(i) {
+            r.bounds = Some(bounds);
         }
         true
     }
@@ -196,9 +211,21 @@ impl<const N: usize, const W: usize> Window<N, W> {
     }
 
     /// The samples that bear on a step in this cell, both its ends among them.
-    pub(super) fn range(&self, i: usize) -> core::ops::RangeInclusive<usize> {
+    pub(super) fn range(&self, i: usize) -> RangeInclusive<usize> {
         let (before, after) = self.get(i).map_or((0, 0), |r| (r.before, r.after));
         i.saturating_sub(usize::from(before))..=i + 1 + usize::from(after)
+    }
+
+    /// The least bound of |u| in some samples.
+    pub(super) fn least_u(&self, range: RangeInclusive<usize>) -> f64 {
+        let each = range.filter_map(|i| self.get(i));
+        each.fold(f64::INFINITY, |least, r| smaller(least, r.allowed.most_u))
+    }
+
+    /// The greatest.
+    pub(super) fn loosest_u(&self, range: RangeInclusive<usize>) -> f64 {
+        let each = range.filter_map(|i| self.get(i));
+        each.fold(0.0, |most, r| larger(most, r.allowed.most_u))
     }
 
     /// First and last record of the piece that a record is in, as far as known.

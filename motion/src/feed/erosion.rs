@@ -1,0 +1,151 @@
+//! What all samples that bear on a cell allow together.
+
+use super::gauge::{Chord, Span};
+use super::polygon::{LINES, Polygon};
+use super::sample::Allowed;
+use super::window::Window;
+use crate::scalar::smaller;
+use core::ops::RangeInclusive;
+
+/// ṡ² up to which [`Bounds`] have lines, in units of the largest one: how far a chord that ends within
+/// limits may rise beyond, in a macrostep.
+const HEADROOM: f64 = 2.0;
+/// By how many samples the ranges of cells may go on until what they have in common is found anew. For a
+/// range of n samples, a cell costs n/SHIFT + 1 + SHIFT/2 of them.
+const SHIFT: usize = 8;
+
+/// What holds in all samples that bear on a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub(super) least: Least,
+    /// line·(u, x) ≤ 1; those not needed are 0.
+    lines: [[f64; 2]; LINES],
+}
+
+/// The least bounds of |u|, of x, and of x with u = 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Least {
+    pub(super) most_u: f64,
+    pub(super) most_x: f64,
+    pub(super) coast_x: f64,
+}
+
+impl Bounds {
+    /// Cuts off what is not allowed, all limits of acceleration multiplied by `limit`.
+    pub(super) fn clip(&self, chords: &[Chord; 2], limit: f64, span: &mut Span) {
+        for [by_u, by_x] in &self.lines {
+            for Chord {
+                u: [u0, u1],
+                x: [x0, x1],
+            } in chords
+            {
+                span.half_plane(by_u * u0 + by_x * x0, by_u * u1 + by_x * x1, limit);
+            }
+        }
+    }
+}
+
+impl Least {
+    const NONE: Self = Self {
+        most_u: f64::INFINITY,
+        most_x: f64::INFINITY,
+        coast_x: f64::INFINITY,
+    };
+
+    fn and<const N: usize>(&self, allowed: &Allowed<N>) -> Self {
+        Self {
+            most_u: smaller(self.most_u, allowed.most_u),
+            most_x: smaller(self.most_x, allowed.most_x),
+            coast_x: smaller(self.coast_x, allowed.coast_x),
+        }
+    }
+}
+
+/// The intersection of what some samples allow, or a polygon in it.
+#[derive(Clone, Debug)]
+struct Region {
+    least: Least,
+    polygon: Polygon,
+}
+
+impl Region {
+    fn add<const N: usize>(&mut self, allowed: &Allowed<N>) {
+        self.least = self.least.and(allowed);
+        allowed.cut(&mut self.polygon);
+    }
+
+    fn bounds(mut self) -> Bounds {
+        let Least { most_u, most_x, .. } = self.least;
+        let top = HEADROOM * most_x;
+        for (line, limit) in [
+            ([1.0, 0.0], most_u),
+            ([-1.0, 0.0], most_u),
+            ([0.0, 1.0], top),
+        ] {
+            self.polygon.cut(line, limit);
+        }
+        let mut lines = [[0.0; 2]; LINES];
+        for (out, line) in lines.iter_mut().zip(self.polygon.lines()) {
+            *out = line;
+        }
+        Bounds {
+            least: self.least,
+            lines,
+        }
+    }
+}
+
+/// What the samples allow that the ranges of several cells, one after the other, have in common.
+#[derive(Clone, Debug)]
+pub(super) struct Common {
+    /// The first of them, and the first one after them.
+    from: usize,
+    until: usize,
+    region: Region,
+}
+
+impl Common {
+    /// The oldest sample is no more: the others have a smaller index.
+    pub(super) fn renumber(&mut self) {
+        self.from = self.from.saturating_sub(1);
+        self.until = self.until.saturating_sub(1);
+    }
+}
+
+impl<const N: usize, const W: usize> Window<N, W> {
+    /// Of some samples; with each call, samples at the start may be left out, and some come at the end.
+    ///
+    /// If the end should go back, samples beyond it still count: that is on the safe side.
+    pub(super) fn bounds(&mut self, range: &RangeInclusive<usize>) -> Bounds {
+        let (start, end) = (*range.start(), *range.end());
+        let known = self.common.take().filter(|common| start <= common.from);
+        let mut common = known.unwrap_or_else(|| {
+            let from = (start + SHIFT).min(end);
+            self.first_common(from, end)
+        });
+        for r in (common.until..=end).filter_map(|i| self.get(i)) {
+            common.region.add(&r.allowed);
+        }
+        common.until = common.until.max(end + 1);
+        let mut own = common.region.clone();
+        for r in (start..common.from).filter_map(|i| self.get(i)) {
+            own.add(&r.allowed);
+        }
+        self.common = Some(common);
+        own.bounds()
+    }
+
+    /// Nothing of it yet but a rectangle that contains it.
+    fn first_common(&self, from: usize, end: usize) -> Common {
+        let all = (from..=end).filter_map(|i| self.get(i));
+        let least = all.fold(Least::NONE, |least, r| least.and(&r.allowed));
+        Common {
+            from,
+            until: from,
+            region: Region {
+                least,
+                polygon: Polygon::rectangle(least.most_u, HEADROOM * least.most_x),
+            },
+        }
+    }
+}
