@@ -82,7 +82,7 @@ impl Region {
             ([-1.0, 0.0], most_u),
             ([0.0, 1.0], top),
         ] {
-            self.polygon.cut(line, limit);
+            self.polygon.cut_if_needed(line, limit);
         }
         let mut lines = [[0.0; 2]; LINES];
         for (out, line) in lines.iter_mut().zip(self.polygon.lines()) {

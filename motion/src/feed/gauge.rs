@@ -23,6 +23,8 @@ pub(super) struct Chord {
 }
 
 /// The values of t that are still allowed; empty when low > high.
+///
+/// What holds at both ends of it holds between: then no limit below divides, or takes a root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
     pub(super) low: f64,
@@ -41,6 +43,10 @@ impl Span {
 
     /// |c + d·t| ≤ 1
     fn strip(&mut self, c: f64, d: f64) {
+        let reaches = larger((c + d * self.low).abs(), (c + d * self.high).abs());
+        if reaches <= 1.0 {
+            return;
+        }
         if d.abs() > 0.0 {
             let inverse = 1.0 / d;
             let (middle, half) = (-c * inverse, inverse.abs());
@@ -53,6 +59,9 @@ impl Span {
 
     /// c + d·t ≤ limit
     pub(super) fn half_plane(&mut self, c: f64, d: f64, limit: f64) {
+        if larger(c + d * self.low, c + d * self.high) <= limit {
+            return;
+        }
         if d > 0.0 {
             self.high = smaller(self.high, (limit - c) / d);
         } else if d < 0.0 {
@@ -64,6 +73,10 @@ impl Span {
 
     /// a·t² + 2·b·t + c ≤ 0 with a ≥ 0
     fn parabola(&mut self, a: f64, b: f64, c: f64) {
+        let at = |t: f64| t * (a * t + 2.0 * b) + c;
+        if larger(at(self.low), at(self.high)) <= 0.0 {
+            return;
+        }
         if a > 0.0 {
             let square = b * b - a * c;
             if square < 0.0 {
@@ -88,10 +101,8 @@ impl<const N: usize> Allowed<N> {
     pub(super) fn reduced(mut self) -> Self {
         let mut polygon = Polygon::rectangle(self.most_u, HEADROOM * self.most_x);
         for line in self.joint_lines() {
-            for line in both_sides(line) {
-                if !polygon.is_full() {
-                    polygon.cut(line, 1.0);
-                }
+            if polygon.has_room_for_two() {
+                polygon.cut_strip(line, 1.0);
             }
         }
         let touches = |line| polygon.corners().any(|c| dot(line, *c).abs() >= TOUCHES);
@@ -118,28 +129,9 @@ impl<const N: usize> Allowed<N> {
     /// Cuts off what this sample does not allow, and a little more.
     pub(super) fn cut(&self, polygon: &mut Polygon) {
         for line in self.joint_lines() {
-            let (mut low, mut high) = (0.0, 0.0);
-            for corner in polygon.corners() {
-                let at = dot(line, *corner);
-                low = smaller(low, at);
-                high = larger(high, at);
-            }
-            let [ahead, behind] = both_sides(line);
-            if high > 1.0 {
-                polygon.cut(ahead, 1.0 - DEEPER);
-            }
-            if low < -1.0 {
-                polygon.cut(behind, 1.0 - DEEPER);
-            }
+            polygon.cut_strip(line, 1.0 - DEEPER);
         }
-        let [by_u, by_x] = self.mixed;
-        if by_x > 0.0 {
-            for line in [[by_u, by_x], [-by_u, by_x]] {
-                if polygon.corners().any(|c| dot(line, *c) > 1.0) {
-                    polygon.cut(line, 1.0 - DEEPER);
-                }
-            }
-        }
+        polygon.cut_roof(self.mixed, 1.0 - DEEPER);
         for ellipse in &self.tool {
             let [bb, bc, cc] = ellipse;
             if bb + cc <= 0.0 {
@@ -192,10 +184,6 @@ impl<const N: usize> Allowed<N> {
 
 /// From where a line or an ellipse at 1 counts as touched: rounding is below 1e-12.
 const TOUCHES: f64 = 1.0 - 1e-9;
-
-fn both_sides([first, second]: [f64; 2]) -> [[f64; 2]; 2] {
-    [[first, second], [-first, -second]]
-}
 
 /// |b·u + c·x|²
 fn square([bb, bc, cc]: &[f64; 3], [u, x]: [f64; 2]) -> f64 {

@@ -54,7 +54,7 @@ impl core::error::Error for FeedError {}
 /// Fewest samples of a window: a quarter of it is behind, a quarter ahead of what a step may touch.
 pub const LEAST_SAMPLES: usize = 16;
 /// Least bound of the cells by which the wall moves on in a macrostep.
-const LEAST_SURVEYS: usize = 8;
+const LEAST_SURVEYS: usize = 6;
 /// Share of every jerk limit for q'·j; the rest is for 3·q''·v·a + q'''·v³. A larger share shortens the
 /// smoothing, τ = 2·A/(share·J), and with it every stop; a smaller one lets curves be run faster.
 pub(super) const RAMP_SHARE: f64 = 0.65;
@@ -165,9 +165,9 @@ impl<const N: usize> Plan<N> {
     }
 }
 
-/// Twice as many cells as the motion can pass in a macrostep, so that it never comes up with the wall.
+/// Half as many cells again as the motion can pass in a macrostep, so that it never comes up with the wall.
 fn most_surveys(passed: f64) -> usize {
-    count(libm::ceil(2.0 * passed)).max(LEAST_SURVEYS)
+    count(libm::ceil(1.5 * passed)).max(LEAST_SURVEYS)
 }
 
 fn positive(x: f64) -> Result<(), FeedError> {

@@ -1,7 +1,9 @@
 //! Convex polygons in the half-plane x ≥ 0 of (u, x) = (s̈, ṡ²), around (0, 0).
 
+use crate::scalar::{larger, smaller};
+
 /// Most corners; one place more is used while a line cuts.
-const CORNERS: usize = 13;
+const CORNERS: usize = 11;
 /// Most lines that bound a polygon: one for each side, without x ≥ 0.
 pub(super) const LINES: usize = CORNERS - 1;
 
@@ -36,9 +38,50 @@ impl Polygon {
         self.corners.iter().take(self.len)
     }
 
-    /// No line can cut without leaving out something more.
-    pub(super) fn is_full(&self) -> bool {
-        self.len >= CORNERS
+    /// Two lines can cut without leaving out anything more.
+    pub(super) fn has_room_for_two(&self) -> bool {
+        self.len + 2 <= CORNERS
+    }
+
+    /// Where |line·(u, x)| ≤ 1 does not hold, cuts such that it is at most `limit` ≤ 1.
+    pub(super) fn cut_strip(&mut self, line: [f64; 2], limit: f64) {
+        let (mut low, mut high) = (0.0, 0.0);
+        for corner in self.corners() {
+            let at = dot(line, *corner);
+            low = smaller(low, at);
+            high = larger(high, at);
+        }
+        if high > 1.0 {
+            self.cut(line, limit);
+        }
+        if low < -1.0 {
+            let [by_u, by_x] = line;
+            self.cut([-by_u, -by_x], limit);
+        }
+    }
+
+    /// The same with line\[0\]·|u| + line\[1\]·x ≤ 1.
+    pub(super) fn cut_roof(&mut self, line: [f64; 2], limit: f64) {
+        let [by_u, by_x] = line;
+        let (mut ahead, mut behind) = (0.0, 0.0);
+        for [u, x] in self.corners() {
+            let (of_u, of_x) = (by_u * u, by_x * x);
+            ahead = larger(ahead, of_x + of_u);
+            behind = larger(behind, of_x - of_u);
+        }
+        if ahead > 1.0 {
+            self.cut(line, limit);
+        }
+        if behind > 1.0 {
+            self.cut([-by_u, by_x], limit);
+        }
+    }
+
+    /// Cuts off what does not satisfy line·(u, x) ≤ limit, if there is anything.
+    pub(super) fn cut_if_needed(&mut self, line: [f64; 2], limit: f64) {
+        if self.corners().any(|corner| dot(line, *corner) > limit) {
+            self.cut(line, limit);
+        }
     }
 
     /// Nothing when full, which leaves out a corner: a convex polygon has at most one more when cut.
@@ -78,7 +121,7 @@ impl Polygon {
 
     fn drop_least(&mut self) {
         let (mut least, mut at) = (f64::INFINITY, self.len);
-        for (i, (before, corner, after)) in self.triples().enumerate() {
+        for (i, [before, corner, after]) in self.triples().enumerate() {
             let area = cross(difference(corner, before), difference(after, before));
             // those on x = 0 stay: (0, 0) is between them
             let [_, x] = corner;
@@ -94,22 +137,21 @@ impl Polygon {
         }
     }
 
-    /// Each corner with its neighbours.
-    fn triples(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], [f64; 2])> {
-        let n = self.len;
-        let all = || self.corners().copied().cycle();
-        let before = all().skip(n.saturating_sub(1));
-        before
-            .zip(all())
-            .zip(all().skip(1))
-            .take(n)
-            .map(|((a, b), c)| (a, b, c))
+    /// Each corner between its neighbours, the first one first.
+    fn triples(&self) -> impl Iterator<Item = [[f64; 2]; 3]> {
+        let mut after = self.corners().skip(1).chain(self.corners().take(1));
+        let mut before = *self.corners().last().unwrap_or(&[0.0; 2]);
+        self.corners().map(move |corner| {
+            let out = [before, *corner, *after.next().unwrap_or(corner)];
+            before = *corner;
+            out
+        })
     }
 
     /// Its sides but x ≥ 0, as line·(u, x) ≤ 1. Of a side through two corners, the outward normal is
     /// (Δx, −Δu); one without length is none.
     pub(super) fn lines(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.triples().filter_map(|(p, q, _)| {
+        self.triples().filter_map(|[p, q, _]| {
             let ([pu, px], [qu, qx]) = (p, q);
             let most = cross(p, q);
             (most > 0.0).then(|| [(qx - px) / most, (pu - qu) / most])

@@ -17,8 +17,9 @@ pub(super) struct Record<const N: usize> {
     pub(super) ends: bool,
     /// Bound of ṡ² that no motion within the limits exceeds here, whatever it did before and does after.
     reach: f64,
-    /// The same of ṡ inside the cell.
+    /// The same of ṡ inside the cell, and the time that the cell lasts at least, s.
     pub(super) fast: f64,
+    lasts: f64,
     /// Largest ṡ² from which the wall ahead can be respected; of the present heading.
     pub(super) envelope: f64,
     /// Samples before and after the cell that bear on a step taken in it.
@@ -98,6 +99,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
             begins,
             ends,
             fast: 0.0,
+            lasts: f64::INFINITY,
             envelope: 0.0,
             before: 0,
             after: 0,
@@ -151,8 +153,9 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let Some((a, b)) = self.cell(i) else { return };
         let peak = 0.5 * (a.reach + b.reach + growth);
         let most = smaller(peak, smaller(a.allowed.most_x, b.allowed.most_x));
+        let (length, fast) = (b.s - a.s, libm::sqrt(most));
         if let Some(r) = self.get_mut(i) {
-            r.fast = libm::sqrt(most);
+            (r.fast, r.lasts) = (fast, length / fast);
         }
     }
 
@@ -182,16 +185,16 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let until = plan.step + plan.tau;
         let (mut elapsed, mut way, mut sum, mut cells) = (0.0, 0.0, 0.0, 0u16);
         let mut at = if ahead { i + 1 } else { i };
+        let mut here = self.get(at)?;
         for _ in 0..W {
-            let here = self.get(at)?;
             if (ahead && here.ends) || (!ahead && (here.begins || at == 0)) {
                 return Some(cells);
             }
-            let cell = if ahead { at } else { at - 1 };
-            let (a, b) = self.cell(cell)?;
-            let length = b.s - a.s;
-            let lasts = length / a.fast;
-            way += length;
+            at = if ahead { at + 1 } else { at - 1 };
+            let next = self.get(at)?;
+            let lasts = if ahead { here.lasts } else { next.lasts };
+            here = next;
+            way += plan.grid;
             let counted = smaller(elapsed + lasts, until) - larger(elapsed, plan.step);
             sum += larger(counted, 0.0) * way;
             elapsed += lasts;
@@ -205,7 +208,6 @@ impl<const N: usize, const W: usize> Window<N, W> {
                 let whole = count(libm::ceil(mean / plan.grid));
                 return Some(u16::try_from(whole).map_or(cells, |whole| whole.min(cells)));
             }
-            at = if ahead { at + 1 } else { at - 1 };
         }
         None
     }
