@@ -5,9 +5,8 @@
 //! the window fills in the first macrosteps, and that is among what the slowest may be.
 //!
 //! Times are those of the machine, so the slowest of them says little; instructions are exact.
-//! `valgrind --tool=callgrind --toggle-collect='*macrostep*' --dump-after='*macrostep*' feed_cost 1` writes
-//! a file for each macrostep, whose total is what it costs: the largest is the worst, their sum by their
-//! number the mean.
+//! `valgrind --tool=callgrind --dump-before='*macrostep*' feed_cost 1` writes a file for what came before
+//! the first macrostep, then one for each: the largest of their totals is the worst macrostep.
 
 use motion::AxisLimits;
 use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, Step, ToolSample};

@@ -131,7 +131,9 @@ impl<const N: usize> Allowed<N> {
         for line in self.joint_lines() {
             polygon.cut_strip(line, 1.0 - DEEPER);
         }
-        polygon.cut_roof(self.mixed, 1.0 - DEEPER);
+        if self.mixed[1] > 0.0 {
+            polygon.cut_roof(self.mixed, 1.0 - DEEPER);
+        }
         for ellipse in &self.tool {
             let [bb, bc, cc] = ellipse;
             if bb + cc <= 0.0 {

@@ -170,3 +170,80 @@ pub(super) fn dot([a0, a1]: [f64; 2], [b0, b1]: [f64; 2]) -> f64 {
 fn cross([a0, a1]: [f64; 2], [b0, b1]: [f64; 2]) -> f64 {
     a0 * b1 - a1 * b0
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    /// The least of limit − line·(u, x) over all lines: positive inside.
+    fn depth(lines: &[[f64; 2]], limit: f64, point: [f64; 2]) -> f64 {
+        lines.iter().fold(f64::INFINITY, |least, line| {
+            smaller(least, limit - dot(*line, point))
+        })
+    }
+
+    fn line() -> impl Strategy<Value = [f64; 2]> {
+        // on x = 0, |u| ≤ 1 is inside: (0, 0) never lies on a side
+        (-0.99..0.99f64, -3.0..3.0f64).prop_map(|(by_u, by_x)| [by_u, by_x])
+    }
+
+    proptest! {
+        #[test]
+        fn while_there_is_place_exactly_what_all_lines_allow_is_left(
+            lines in prop::collection::vec(line(), 0..=CORNERS - 4),
+            u in -1.0..1.0f64,
+            x in 0.0..2.0f64,
+        ) {
+            let mut polygon = Polygon::rectangle(1.0, 2.0);
+            for line in &lines {
+                polygon.cut_if_needed(*line, 1.0);
+            }
+            let sides: Vec<_> = polygon.lines().collect();
+            let (expected, is) = (depth(&lines, 1.0, [u, x]), depth(&sides, 1.0, [u, x]));
+            // on a side, rounding decides: corners are exact to 1e-15, a side is at least as long as 1e-6 of it
+            prop_assume!(expected.abs() > 1e-6 && is.abs() > 1e-6);
+            prop_assert_eq!(expected > 0.0, is > 0.0, "{:?} {:?}", lines, polygon);
+        }
+
+        #[test]
+        fn a_full_polygon_loses_something_more_but_nothing_that_is_not_allowed(
+            lines in prop::collection::vec(line(), 30..60),
+        ) {
+            let mut polygon = Polygon::rectangle(1.0, 2.0);
+            for line in &lines {
+                polygon.cut_if_needed(*line, 1.0);
+                prop_assert!(polygon.len <= CORNERS && polygon.len >= 3);
+            }
+            let sides: Vec<_> = polygon.lines().collect();
+            prop_assert!(sides.len() <= LINES);
+            for corner in polygon.corners() {
+                prop_assert!(depth(&lines, 1.0, *corner) > -1e-12);
+                prop_assert!(depth(&sides, 1.0, *corner) > -1e-9);
+            }
+            for u in [-1.0, 1.0] {
+                prop_assert!(polygon.corners().any(|c| *c == [u, 0.0]), "{:?}", polygon);
+            }
+        }
+    }
+
+    #[test]
+    fn a_strip_and_a_roof_cut_at_both_sides() {
+        let mut strip = Polygon::rectangle(2.0, 1.0);
+        strip.cut_strip([1.0, 0.5], 1.0);
+        let mut roof = Polygon::rectangle(2.0, 1.0);
+        roof.cut_roof([1.0, 0.5], 1.0);
+        // |u + x/2| ≤ 1 and |u| + x/2 ≤ 1 at x = 0 and x = 1
+        for (polygon, corners) in [
+            (strip, [[-1.0, 0.0], [1.0, 0.0], [0.5, 1.0], [-1.5, 1.0]]),
+            (roof, [[-1.0, 0.0], [1.0, 0.0], [0.5, 1.0], [-0.5, 1.0]]),
+        ] {
+            assert_eq!(polygon.len, 4);
+            for corner in corners {
+                assert!(polygon.corners().any(|c| *c == corner), "{polygon:?}");
+            }
+        }
+    }
+}

@@ -184,10 +184,7 @@ impl<const N: usize> Allowed<N> {
         plan: &Plan<N>,
     ) -> Result<Self, PushError> {
         let smooth = plan.averaged > 0;
-        let tool = [
-            tool_sizes(&sample.tool.linear),
-            tool_sizes(&sample.tool.angular),
-        ];
+        let tool = [&sample.tool.linear, &sample.tool.angular].map(tool_sizes);
         let [[linear, ..], _] = tool;
         let nominal = sample.feed / (linear + between.tool[0][0]);
         let mut v = smaller(plan.fastest, nominal);
