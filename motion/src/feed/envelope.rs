@@ -15,48 +15,13 @@ const RESERVE_AT_WALL: f64 = 0.2;
 /// How many macrosteps before the wall that is kept.
 const STEPS_AT_WALL: f64 = 4.0;
 
-/// What holds in all samples that bear on a cell.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    /// The least bound of |u|, and the greatest.
-    pub(super) most_u: f64,
-    pub(super) loosest_u: f64,
-    pub(super) most_x: f64,
-    pub(super) coast_x: f64,
-}
-
 impl<const N: usize, const W: usize> Window<N, W> {
-    /// Of some samples.
-    pub(super) fn bounds(&self, range: RangeInclusive<usize>) -> Bounds {
-        let mut out = Bounds {
-            most_u: f64::INFINITY,
-            loosest_u: 0.0,
-            most_x: f64::INFINITY,
-            coast_x: f64::INFINITY,
-        };
-        for i in range {
-            if let Some(r) = self.get(i) {
-                out.most_u = smaller(out.most_u, r.allowed.most_u);
-                out.loosest_u = larger(out.loosest_u, r.allowed.most_u);
-                out.most_x = smaller(out.most_x, r.allowed.most_x);
-                out.coast_x = smaller(out.coast_x, r.allowed.coast_x);
-            }
-        }
-        out
-    }
-
     /// Cuts off what some of these samples does not allow.
-    pub(super) fn clip(
-        &self,
-        range: RangeInclusive<usize>,
-        chords: &[Chord; 2],
-        limit: f64,
-        span: &mut Span,
-    ) {
+    pub(super) fn clip(&self, range: RangeInclusive<usize>, chords: &[Chord; 2], span: &mut Span) {
         for i in range {
             if let Some(r) = self.get(i) {
                 for chord in chords {
-                    r.allowed.clip(chord, limit, span);
+                    r.allowed.clip(chord, span);
                 }
             }
         }
@@ -75,7 +40,6 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let mut far_was = 0.0;
         for cell in (at..front).rev() {
             let was = self.get(cell).map_or(0.0, |r| r.envelope);
-            self.survey(cell, plan);
             self.envelope_of(cell, true, far_was, plan);
             let is = self.get(cell).map_or(0.0, |r| r.envelope);
             if cell < known && is <= was {
@@ -88,7 +52,6 @@ impl<const N: usize, const W: usize> Window<N, W> {
     /// The same towards smaller s, from the wall at `first` to the cell `at`, all anew.
     pub(super) fn envelope_backward(&mut self, first: usize, at: usize, plan: &Plan<N>) {
         for cell in first..=at {
-            self.survey(cell, plan);
             self.envelope_of(cell, false, 0.0, plan);
         }
     }
@@ -116,18 +79,18 @@ impl<const N: usize, const W: usize> Window<N, W> {
         };
         let length = b.s - a.s;
         let fast = a.fast;
+        let Some(bounds) = a.bounds else { return };
         let (near, far, side) = if forward { (a, b, 1.0) } else { (b, a, -1.0) };
         let (was, x) = (near.envelope, far.envelope);
-        let bounds = self.bounds(self.range(cell));
         let two = 2.0 * length;
-        let close = STEPS_AT_WALL * bounds.most_u * plan.step;
+        let close = STEPS_AT_WALL * bounds.least.most_u * plan.step;
         let limit = 1.0
             - if x < close * close {
                 RESERVE_AT_WALL
             } else {
                 RESERVE
             };
-        let growth = two * bounds.most_u * limit;
+        let growth = two * bounds.least.most_u * limit;
         let v = smaller(fast, libm::sqrt(x + growth));
         let step = v * plan.step / length;
         let u = [side * x / two, -side / two];
@@ -143,10 +106,10 @@ impl<const N: usize, const W: usize> Window<N, W> {
         ];
         let mut span = Span {
             low: larger(x - growth, 0.0),
-            high: smaller(x + growth, bounds.most_x),
+            high: smaller(x + growth, bounds.least.most_x),
         };
-        self.clip(self.range(cell), &chords, limit, &mut span);
-        let coast_x = bounds.coast_x * limit;
+        bounds.clip(&chords, limit, &mut span);
+        let coast_x = bounds.least.coast_x * limit;
         let rises = plan.averaged > 0 && span.high < x && x > coast_x;
         let (near_x, far_x) = if span.is_empty() || rises {
             let level = smaller(x, coast_x);

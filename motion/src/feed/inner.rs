@@ -79,8 +79,8 @@ impl Inner {
         }
         let h = plan.step;
         let range = self.bearing(window, behind, plan);
-        let bounds = window.bounds(range.clone());
-        let allowed = self.allowed(window, range, bounds.most_u, plan);
+        let most_u = window.least_u(range.clone());
+        let allowed = self.allowed(window, range, most_u, plan);
         let mut u = self.wanted(window, allowed.high, feed_override, plan);
         u = self.below_envelope(window, u, wall, plan);
         u = larger(u, allowed.low);
@@ -88,7 +88,7 @@ impl Inner {
         u = smaller(u, (room / h - 1.5 * self.speed) / h);
         u = larger(u, -self.speed / h);
         let mut after = self.speed + u * h;
-        if after <= REST * bounds.most_u * h {
+        if after <= REST * most_u * h {
             after = 0.0;
         }
         let acceleration = (after - self.speed) / h;
@@ -116,13 +116,12 @@ impl Inner {
         plan: &Plan<N>,
     ) -> RangeInclusive<usize> {
         let all = window.range(self.cell);
-        let bounds = window.bounds(all.clone());
         let (Some(behind), Some((a, b))) = (behind, window.cell(self.cell)) else {
             return all;
         };
         let (h, tau) = (plan.step, plan.tau);
         let squares = h * h + h * tau + tau * tau / 3.0;
-        let back = 0.5 * bounds.loosest_u * squares - self.speed * (h + 0.5 * tau);
+        let back = 0.5 * window.loosest_u(all.clone()) * squares - self.speed * (h + 0.5 * tau);
         let back = larger(back, 0.0);
         match self.heading {
             Heading::Forward => {
@@ -158,7 +157,7 @@ impl Inner {
                 x: [x, h * (2.0 * v + most_u * h)],
             },
         ];
-        window.clip(range, &chords, 1.0, &mut span);
+        window.clip(range, &chords, &mut span);
         if span.is_empty() {
             let middle = 0.5 * (span.low + span.high);
             let middle = if middle.is_finite() { middle } else { 0.0 };

@@ -53,6 +53,8 @@ impl core::error::Error for FeedError {}
 
 /// Fewest samples of a window: a quarter of it is behind, a quarter ahead of what a step may touch.
 pub const LEAST_SAMPLES: usize = 16;
+/// Least bound of the cells by which the wall moves on in a macrostep.
+const LEAST_SURVEYS: usize = 6;
 /// Share of every jerk limit for q'·j; the rest is for 3·q''·v·a + q'''·v³. A larger share shortens the
 /// smoothing, τ = 2·A/(share·J), and with it every stop; a smaller one lets curves be run faster.
 pub(super) const RAMP_SHARE: f64 = 0.65;
@@ -90,6 +92,8 @@ pub(super) struct Plan<const N: usize> {
     /// Largest speed and acceleration by s that the window of samples can serve.
     pub(super) fastest: f64,
     pub(super) hardest: f64,
+    /// Cells by which the wall may move on in a macrostep.
+    pub(super) most_surveys: usize,
 }
 
 impl<const N: usize> Plan<N> {
@@ -156,8 +160,14 @@ impl<const N: usize> Plan<N> {
             tau,
             fastest,
             hardest: fastest / step,
+            most_surveys: most_surveys(fastest * step / grid),
         })
     }
+}
+
+/// Half as many cells again as the motion can pass in a macrostep, so that it never comes up with the wall.
+fn most_surveys(passed: f64) -> usize {
+    count(libm::ceil(1.5 * passed)).max(LEAST_SURVEYS)
 }
 
 fn positive(x: f64) -> Result<(), FeedError> {

@@ -184,29 +184,34 @@ impl<const N: usize> Allowed<N> {
         plan: &Plan<N>,
     ) -> Result<Self, PushError> {
         let smooth = plan.averaged > 0;
-        let nominal = sample.feed / (tool_sizes(&sample.tool.linear)[0] + between.tool[0][0]);
+        let tool = [&sample.tool.linear, &sample.tool.angular].map(tool_sizes);
+        let [[linear, ..], _] = tool;
+        let nominal = sample.feed / (linear + between.tool[0][0]);
         let mut v = smaller(plan.fastest, nominal);
         let mut most_u = plan.hardest;
         let (mut error_u, mut error_x, mut second) = (0.0, 0.0, 0.0);
+        let mut cubic = f64::INFINITY;
         for Part {
             size: [s1, s2, s3],
             error: [e1, e2, _],
             budget,
-        } in parts(sample, between, plan)
+        } in parts(sample, &tool, between, plan)
         {
             v = smaller(v, budget.v / s1);
-            v = smaller(v, libm::cbrt(CUBIC_SHARE * budget.bend / s3));
+            cubic = smaller(cubic, budget.bend / s3);
             error_u = larger(error_u, e1 / budget.a);
             error_x = larger(error_x, e2 / budget.a);
             second = larger(second, s2 / budget.a);
         }
+        v = smaller(v, libm::cbrt(CUBIC_SHARE * cubic));
         let most_x = smaller(v * v, smaller(2.0 / second, MOST_SPENT_BETWEEN / error_x));
+        let root = libm::sqrt(most_x);
         let mut product = f64::INFINITY;
         for Part {
             size: [s1, s2, s3],
             budget,
             ..
-        } in parts(sample, between, plan)
+        } in parts(sample, &tool, between, plan)
         {
             let most = if smooth {
                 budget.ramp
@@ -214,13 +219,13 @@ impl<const N: usize> Allowed<N> {
                 budget.a + s2 * most_x
             };
             most_u = smaller(most_u, most / s1);
-            let left = budget.bend - s3 * most_x * libm::sqrt(most_x);
+            let left = budget.bend - s3 * most_x * root;
             product = smaller(product, left / (3.0 * s2));
         }
         most_u = smaller(most_u, MOST_SPENT_BETWEEN / error_u);
         let left = 1.0 - error_u * most_u - error_x * most_x;
         let mut mixed = [0.0; 2];
-        if most_u * libm::sqrt(most_x) > product {
+        if most_u * root > product {
             let by_u = LINE_OVER_PRODUCT * product / most_u;
             let x0 = larger(by_u * by_u, MIXED_HEADROOM * most_x);
             mixed = [libm::sqrt(x0) / (LINE_OVER_PRODUCT * product), 1.0 / x0];
@@ -248,11 +253,7 @@ impl<const N: usize> Allowed<N> {
         for [_, _, cc] in &out.tool {
             out.coast_x = smaller(out.coast_x, 1.0 / libm::sqrt(*cc));
         }
-        out.nominal = if nominal.is_finite() {
-            nominal
-        } else {
-            libm::sqrt(most_x)
-        };
+        out.nominal = if nominal.is_finite() { nominal } else { root };
         let slowest = SLOWEST * plan.grid / plan.step;
         let moves = libm::sqrt(out.coast_x) > slowest && most_u * plan.step > SLOWEST * slowest;
         if moves {
@@ -265,16 +266,13 @@ impl<const N: usize> Allowed<N> {
 
 fn parts<'a, const N: usize>(
     sample: &'a Sample<N>,
+    tool: &'a [[f64; 3]; 2],
     between: &'a Between<N>,
     plan: &'a Plan<N>,
 ) -> impl Iterator<Item = Part> + 'a {
     let derivatives = sample.first.iter().zip(&sample.second).zip(&sample.third);
     let joints = derivatives.map(|((a, b), c)| [a.abs(), b.abs(), c.abs()]);
-    let tool = [
-        tool_sizes(&sample.tool.linear),
-        tool_sizes(&sample.tool.angular),
-    ];
-    let sizes = joints.chain(tool);
+    let sizes = joints.chain(*tool);
     let errors = between.joints.iter().chain(&between.tool);
     let budgets = plan.joints.iter().chain(&plan.tool);
     sizes

@@ -1,8 +1,10 @@
 //! The samples known at present, and how far a step taken at one of them reaches.
 
+use super::erosion::{Bounds, Common};
 use super::limits::{Plan, count};
 use super::sample::Allowed;
 use crate::scalar::{larger, smaller};
+use core::ops::RangeInclusive;
 
 /// A sample in the window. The cell of a record lies between it and the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,13 +17,16 @@ pub(super) struct Record<const N: usize> {
     pub(super) ends: bool,
     /// Bound of ṡ² that no motion within the limits exceeds here, whatever it did before and does after.
     reach: f64,
-    /// The same of ṡ inside the cell.
+    /// The same of ṡ inside the cell, and the time that the cell lasts at least, s.
     pub(super) fast: f64,
+    lasts: f64,
     /// Largest ṡ² from which the wall ahead can be respected; of the present heading.
     pub(super) envelope: f64,
     /// Samples before and after the cell that bear on a step taken in it.
     before: u16,
     after: u16,
+    /// What those allow; `None` until the last of them is known.
+    pub(super) bounds: Option<Bounds>,
 }
 
 /// At most W records; indices count from the oldest.
@@ -30,6 +35,7 @@ pub(super) struct Window<const N: usize, const W: usize> {
     slots: [Option<Record<N>>; W],
     head: usize,
     len: usize,
+    pub(super) common: Option<Common>,
 }
 
 impl<const N: usize, const W: usize> Window<N, W> {
@@ -38,6 +44,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
             slots: [None; W],
             head: 0,
             len: 0,
+            common: None,
         }
     }
 
@@ -74,6 +81,9 @@ impl<const N: usize, const W: usize> Window<N, W> {
         if self.len > 0 {
             self.head = self.slot(1);
             self.len -= 1;
+            if let Some(common) = &mut self.common {
+                common.renumber();
+            }
         }
     }
 
@@ -85,13 +95,15 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let record = Record {
             s,
             reach: if begins || ends { 0.0 } else { allowed.most_x },
-            allowed,
+            allowed: allowed.reduced(),
             begins,
             ends,
             fast: 0.0,
+            lasts: f64::INFINITY,
             envelope: 0.0,
             before: 0,
             after: 0,
+            bounds: None,
         };
         let slot = self.slot(self.len);
         if let Some(free) = self.slots.get_mut(slot) {
@@ -141,12 +153,14 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let Some((a, b)) = self.cell(i) else { return };
         let peak = 0.5 * (a.reach + b.reach + growth);
         let most = smaller(peak, smaller(a.allowed.most_x, b.allowed.most_x));
+        let (length, fast) = (b.s - a.s, libm::sqrt(most));
         if let Some(r) = self.get_mut(i) {
-            r.fast = libm::sqrt(most);
+            (r.fast, r.lasts) = (fast, length / fast);
         }
     }
 
-    /// Finds the samples that bear on a step in this cell; false while not all of them are known.
+    /// Finds the samples that bear on a step in this cell, and what they allow; false while not all of
+    /// them are known. Samples that come later can only make their number smaller: once is enough.
     ///
     /// While the acceleration chosen in a macrostep is part of the mean, the motion is at the mean of
     /// positions up to h + τ away in time. Nothing moves faster than `fast`, so with D(t) the way made
@@ -159,6 +173,10 @@ impl<const N: usize, const W: usize> Window<N, W> {
         if let Some(r) = self.get_mut(i) {
             (r.before, r.after) = (before, after);
         }
+        let bounds = self.bounds(&self.range(i));
+        if let Some(r) = self.get_mut(i) {
+            r.bounds = Some(bounds);
+        }
         true
     }
 
@@ -167,16 +185,16 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let until = plan.step + plan.tau;
         let (mut elapsed, mut way, mut sum, mut cells) = (0.0, 0.0, 0.0, 0u16);
         let mut at = if ahead { i + 1 } else { i };
+        let mut here = self.get(at)?;
         for _ in 0..W {
-            let here = self.get(at)?;
             if (ahead && here.ends) || (!ahead && (here.begins || at == 0)) {
                 return Some(cells);
             }
-            let cell = if ahead { at } else { at - 1 };
-            let (a, b) = self.cell(cell)?;
-            let length = b.s - a.s;
-            let lasts = length / a.fast;
-            way += length;
+            at = if ahead { at + 1 } else { at - 1 };
+            let next = self.get(at)?;
+            let lasts = if ahead { here.lasts } else { next.lasts };
+            here = next;
+            way += plan.grid;
             let counted = smaller(elapsed + lasts, until) - larger(elapsed, plan.step);
             sum += larger(counted, 0.0) * way;
             elapsed += lasts;
@@ -190,15 +208,26 @@ impl<const N: usize, const W: usize> Window<N, W> {
                 let whole = count(libm::ceil(mean / plan.grid));
                 return Some(u16::try_from(whole).map_or(cells, |whole| whole.min(cells)));
             }
-            at = if ahead { at + 1 } else { at - 1 };
         }
         None
     }
 
     /// The samples that bear on a step in this cell, both its ends among them.
-    pub(super) fn range(&self, i: usize) -> core::ops::RangeInclusive<usize> {
+    pub(super) fn range(&self, i: usize) -> RangeInclusive<usize> {
         let (before, after) = self.get(i).map_or((0, 0), |r| (r.before, r.after));
         i.saturating_sub(usize::from(before))..=i + 1 + usize::from(after)
+    }
+
+    /// The least bound of |u| in some samples.
+    pub(super) fn least_u(&self, range: RangeInclusive<usize>) -> f64 {
+        let each = range.filter_map(|i| self.get(i));
+        each.fold(f64::INFINITY, |least, r| smaller(least, r.allowed.most_u))
+    }
+
+    /// The greatest.
+    pub(super) fn loosest_u(&self, range: RangeInclusive<usize>) -> f64 {
+        let each = range.filter_map(|i| self.get(i));
+        each.fold(0.0, |most, r| larger(most, r.allowed.most_u))
     }
 
     /// First and last record of the piece that a record is in, as far as known.
