@@ -287,7 +287,7 @@ pub(super) fn instructions() -> Named<Instruction> {
 
 fn path_elements() -> Named<PathElement> {
     let corner = Corner {
-        metres: 0.0009765625,
+        metres: 0.000_976_562_5,
         radians: 0.125,
     };
     vec![
@@ -303,6 +303,30 @@ fn path_elements() -> Named<PathElement> {
         ),
         ("path-end", PathElement::End),
     ]
+}
+
+/// What is asked while a path is followed.
+fn path_requests(epoch: u32) -> Named<Request> {
+    let path = |elements: &[PathElement]| Request::Path {
+        epoch,
+        first: 300,
+        elements: elements.iter().copied().collect(),
+    };
+    let all: Vec<PathElement> = path_elements().into_iter().map(|(_, e)| e).collect();
+    let mut requests = vec![(
+        "feed-override",
+        Request::FeedOverride {
+            epoch,
+            share: -0.25,
+        },
+    )];
+    requests.extend(
+        path_elements()
+            .into_iter()
+            .map(|(name, e)| (name, path(&[e]))),
+    );
+    requests.push(("path-full", path(&all)));
+    requests
 }
 
 pub(super) fn requests() -> Named<Request> {
@@ -359,31 +383,7 @@ pub(super) fn requests() -> Named<Request> {
         ),
         ("trace", Request::Trace { epoch, every: 10 }),
     ];
-    requests.push((
-        "feed-override",
-        Request::FeedOverride {
-            epoch,
-            share: -0.25,
-        },
-    ));
-    for (name, element) in path_elements() {
-        requests.push((
-            name,
-            Request::Path {
-                epoch,
-                first: 300,
-                elements: [element].into_iter().collect(),
-            },
-        ));
-    }
-    requests.push((
-        "path-full",
-        Request::Path {
-            epoch,
-            first: 300,
-            elements: path_elements().into_iter().map(|(_, e)| e).collect(),
-        },
-    ));
+    requests.extend(path_requests(epoch));
     for (name, instruction) in instructions() {
         let start_at = Micros(1_000_000);
         requests.push((
