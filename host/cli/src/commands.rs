@@ -158,7 +158,7 @@ struct MoveArgs {
     speed: Option<f64>,
     /// Greatest speed of the tool on a path, m/s.
     #[arg(long, value_name = "M_S", allow_negative_numbers = true, value_parser = feed)]
-    #[arg(requires = "path")]
+    #[arg(conflicts_with_all = ["joints", "motors", "pose"])]
     feed: Option<f64>,
     #[command(flatten)]
     common: Common,
@@ -456,7 +456,7 @@ mod test {
                     "--feed",
                     "1",
                 ],
-                "required",
+                "cannot be used with",
             ),
             (&["mrroc", "stop", "--kind", "slow"], "torque-off"),
         ] {
