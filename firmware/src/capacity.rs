@@ -28,11 +28,11 @@ pub const PATH_INBOX: usize = 16;
 pub const PATH_ELEMENTS_PER_MACROSTEP: usize = 4;
 
 /// Samples of a path that the choice of speed looks at: a quarter behind, the rest ahead. At the
-/// longest distance of samples, 1 mm, it brakes within 70 mm: from 0.35 m/s at 1 m/s².
+/// longest distance of samples, 1.5 mm, it brakes within 100 mm: from 0.4 m/s at 1 m/s².
 pub const PATH_SAMPLES: usize = 96;
 
-/// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1 mm and 20 ms
-/// enough for 0.4 m/s.
+/// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1.5 mm and 20 ms
+/// enough for 0.6 m/s.
 pub const PATH_SAMPLES_PER_MACROSTEP: usize = 8;
 
 /// Macrosteps over which the motion along a path is averaged: 160 ms at 20 ms; the robots here need 60 ms.

@@ -23,8 +23,10 @@ use robots::{JointMotion, Joints, Robot};
 /// (1e-16/δ³) a part in 1e5 of what a millimetre's radius makes of it.
 const DELTA: f64 = 2.5e-4;
 /// Greatest and least distance of samples, m.
-const COARSEST: f64 = 1e-3;
+const COARSEST: f64 = 1.5e-3;
 const FINEST: f64 = 2e-4;
+/// The motion is smoothed over this times acceleration by jerk: see [`motion::feed`].
+const SMOOTHING: f64 = 2.0 / 0.65;
 /// Share of the samples that lies ahead of the tool, and must hold the way to a stop.
 const AHEAD: f64 = 0.7;
 
@@ -124,13 +126,20 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
         })
     }
 
-    /// Samples so dense that the window holds the way to a stop from the speed asked for.
+    /// Samples as far apart as it takes for the window to hold the way to a stop from the speed asked for, and
+    /// for a quarter of it to hold what one step must look at: the way during the smoothing and two macrosteps.
     fn grid(&self) -> f64 {
         let (v, a) = (self.speeds.velocity_m_s, self.speeds.acceleration_m_s2);
-        let stop = v * (0.5 * v / a + 4.0 * self.macrostep_s);
+        let smoothing = self.joint_limits.iter().fold(0.0, |longest, joint| {
+            let tau = SMOOTHING * joint.a / joint.j;
+            if tau > longest { tau } else { longest }
+        });
+        let step = v * (smoothing + 3.0 * self.macrostep_s);
+        let stop = 0.5 * v * v / a + step;
         #[expect(clippy::cast_precision_loss, reason = "some hundred samples")]
-        let ahead = AHEAD * PATH_SAMPLES as f64;
-        let grid = 2.0 * stop / ahead;
+        let window = PATH_SAMPLES as f64;
+        let (ahead, quarter) = (2.0 * stop / (AHEAD * window), 4.0 * step / window);
+        let grid = if ahead > quarter { ahead } else { quarter };
         if grid > COARSEST {
             COARSEST
         } else if grid > FINEST {
