@@ -117,8 +117,9 @@ impl<const N: usize> Batch for Ours<N> {
     fn sample(&self, samples: usize) -> f64 {
         let mut sum = 0.0;
         for trajectory in &self.kept {
+            let mut sampler = trajectory.sampler();
             clock::ascending(trajectory.duration(), samples, |t| {
-                for axis in trajectory.at(t) {
+                for axis in sampler.at(t) {
                     sum += axis.p + axis.v + axis.a + axis.j;
                 }
             });
