@@ -391,7 +391,9 @@ impl<const N: usize> ToolPath<N> {
             return Ok(true);
         };
         let end = self.path.end();
-        let stop = self.path.stop_after(last).or(self.ended.then_some(end));
+        // from where the piece began: the last sample may lie on its end, to the bit
+        let stop = self.path.stop_after(self.piece_from + HARDLY);
+        let stop = stop.or(self.ended.then_some(end));
         if let Some(stop) = stop
             && stop - last <= self.grid
         {

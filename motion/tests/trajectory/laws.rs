@@ -37,11 +37,11 @@ proptest! {
     }
 
     #[test]
-    fn with_moderate_limits_the_end_is_met_to_a_picometre(request in within(-0.5, 1.0)) {
+    fn with_moderate_limits_the_end_is_met_to_rounding(request in within(-0.5, 1.0)) {
         let trajectory = Trajectory::new(&request).unwrap();
         let [p, v, a] = missed(&trajectory, &request, 0);
-        // some thousand units in the last place of positions, velocities and accelerations up to 10
-        prop_assert!(p <= 1e-12 && v <= 1e-12 && a <= 1e-12, "{p:e} {v:e} {a:e}");
+        // some ten thousand units in the last place of positions, velocities and accelerations up to 10
+        prop_assert!(p <= 1e-11 && v <= 1e-12 && a <= 1e-12, "{p:e} {v:e} {a:e}");
     }
 
     #[test]
