@@ -42,7 +42,7 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    Profile(Profile),
+    Profile(Box<Profile>),
     Path(PathPlan),
 }
 

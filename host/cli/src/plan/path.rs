@@ -122,7 +122,7 @@ impl PathPlan {
                 return Err(PlanError::Refused(message));
             }
         };
-        let answer = answer(&ride, step.speeds.velocity_m_s.into());
+        let answer = answer(&ride, asked(step.speeds.velocity_m_s));
         let title = format!("{}, {kind}", self.file.display());
         if !self.plot.is_empty() {
             let picture = Picture::from(&drawn(&title, &answer));
@@ -148,6 +148,11 @@ impl PathPlan {
             PlanError::Usage(format!("--from: {kind} has {N} joints (got {got})"))
         })
     }
+}
+
+/// The shortest decimal number that travels as this one: what was asked for.
+fn asked(travels: f32) -> f64 {
+    travels.to_string().parse().unwrap_or(travels.into())
 }
 
 fn answer(ride: &Ride, programmed: f64) -> RideAnswer<'_> {

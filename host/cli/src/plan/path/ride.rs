@@ -8,13 +8,14 @@ use host::path::Streamed;
 use host::task::PathStep;
 use motion::path::PathPoint;
 use motion::profile::State;
-use protocol::fault::Refusal;
 use robots::{JointMotion, Joints, Motors, Robot};
 
 /// Macrostep of the robots there are, s.
 pub(super) const MACROSTEP_S: f64 = 0.02;
 /// The longest ride, macrosteps: five hours and a half.
 const MOST_STEPS: u32 = 1_000_000;
+/// The longest rest on the way, macrosteps: many times what it takes to fill the window of samples.
+const LONGEST_REST: u32 = 250;
 
 /// What is asked for, and what the node makes of it.
 #[derive(Debug)]
@@ -117,31 +118,38 @@ impl Ride {
                 acceleration: [0.0; N],
             },
         );
+        let (mut rest, mut last) = (0, 0.0);
         for _ in 0..MOST_STEPS {
             for (number, element) in elements.by_ref().take(path.room()) {
                 path.take(number, element);
             }
             match path.step(motion, 1.0) {
                 Demand::Joints(joints) => self.note(motion, path.along(), &joints),
-                Demand::Refuse(refusal) => return Err(self.refused(path.along().p, &refusal)),
+                Demand::Refuse(refusal) => {
+                    let why = refusal_text(&refusal);
+                    return Err(format!("{}: {why}", self.place(path.along().p)));
+                }
                 // the first samples are taken
                 _ => {}
             }
+            let s = path.along().p;
+            rest = if s > last { 0 } else { rest + 1 };
+            last = s;
             if path.done() {
                 return Ok(());
             }
+            if rest > LONGEST_REST {
+                return Err(format!("{}: it does not go on", self.place(s)));
+            }
         }
-        Err(format!(
-            "the path takes more than {:.0} s",
-            f64::from(MOST_STEPS) * MACROSTEP_S
-        ))
+        let longest = f64::from(MOST_STEPS) * MACROSTEP_S;
+        Err(format!("the path takes more than {longest:.0} s"))
     }
 
-    fn refused(&self, s: f64, refusal: &Refusal) -> String {
+    fn place(&self, s: f64) -> String {
         let element = self.streamed.course.element(s);
         let point = self.streamed.marks.get(element).map_or(0, |mark| mark + 1);
-        let why = refusal_text(refusal);
-        format!("the tool stops {s:.4} m along the path, on the way to point {point}: {why}")
+        format!("the tool stops {s:.4} m along the path, on the way to point {point}")
     }
 
     fn note<R: Robot<N>, const N: usize>(
