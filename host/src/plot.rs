@@ -1,6 +1,7 @@
-//! Pictures as SVG and as PNG: of a run (joints, following errors and tool paths), of a planned motion.
+//! Pictures as SVG and as PNG: of a run (joints, following errors and tool paths), of a planned motion, of
+//! curves over one quantity.
 //!
-//! [`PlotData`] and [`MotionPlot`] say what to draw and know nothing of where it came from. They are
+//! [`PlotData`], [`MotionPlot`] and [`CurvesPlot`] say what to draw and know nothing of where it came from. They are
 //! laid out once as a list of shapes, a [`Picture`]; SVG and PNG are two ways to write that list, so
 //! they show the same. The PNG is drawn with a font that is part of this program: nothing need be
 //! installed.
@@ -8,6 +9,7 @@
 use crate::error::Error;
 use std::path::Path;
 
+mod curves;
 mod decimate;
 mod drawing;
 mod font;
@@ -20,6 +22,7 @@ mod svg;
 #[cfg(test)]
 mod test;
 
+pub use self::curves::{CurveDiagram, CurvesPlot};
 pub use self::motion::{AxisMotion, MotionPlot};
 
 /// What to draw: one row of panels per robot.
@@ -84,6 +87,12 @@ impl From<&PlotData> for Picture {
 impl From<&MotionPlot> for Picture {
     fn from(data: &MotionPlot) -> Self {
         Self(motion::lay_out(data))
+    }
+}
+
+impl From<&CurvesPlot> for Picture {
+    fn from(data: &CurvesPlot) -> Self {
+        Self(curves::lay_out(data))
     }
 }
 

@@ -13,7 +13,7 @@ use motion::path::{
     Arc, BlendError, Join, MovingSegment, Path, PathPoint, Piece, PieceError, PointError,
     QueueError, Straight, Tolerance,
 };
-use motion::profile::AxisLimits;
+use motion::profile::{AxisLimits, State};
 use nalgebra::Vector3;
 use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Corner, PathElement};
@@ -166,6 +166,8 @@ pub struct ToolPath<const N: usize> {
     piece_from: f64,
     sampled: Option<f64>,
     ahead: Joints<N>,
+    /// How the feed moves.
+    along: State,
     /// Where the tool is, and its joints there.
     s: f64,
     here: Joints<N>,
@@ -216,6 +218,7 @@ impl<const N: usize> ToolPath<N> {
             piece_from: 0.0,
             sampled: None,
             ahead: *from,
+            along: State::default(),
             s: 0.0,
             here: *from,
             begun: false,
@@ -436,10 +439,16 @@ impl<const N: usize> ToolPath<N> {
         self.look_ahead(motion);
         let step = self.feed.step(feed_override);
         self.status = step.status;
+        self.along = step.end;
         let end = self.path.end();
         let s = if step.end.p < end { step.end.p } else { end };
         let moved = libm::fabs(s - self.s) > 0.0;
         self.s = s;
+        if self.room() == 0 && !self.ended {
+            // many short pieces: more of them lie behind than there is room for
+            self.feed.discard_before(s);
+        }
+        self.path.discard_before(self.feed.retained_from());
         let at_rest = step.end.v.abs() <= 0.0 && step.end.a.abs() <= 0.0;
         if at_rest && !moved {
             return match (self.status, self.wall) {
@@ -454,11 +463,6 @@ impl<const N: usize> ToolPath<N> {
             };
         }
         self.begun = true;
-        if self.room() == 0 && !self.ended {
-            // many short pieces: more of them lie behind than there is room for
-            self.feed.discard_before(s);
-        }
-        self.path.discard_before(self.feed.retained_from());
         let Some(point) = self.path.at(s) else {
             return Demand::Stay;
         };
@@ -480,6 +484,13 @@ impl<const N: usize> ToolPath<N> {
             }
             Err(refusal) => Demand::Refuse(refusal),
         }
+    }
+
+    /// s, ṡ, s̈ and s⃛ at the end of the last macrostep (jerk: until then), over the parameter s of
+    /// [`motion::path`]: m, m/s, m/s², m/s³.
+    #[must_use]
+    pub const fn along(&self) -> &State {
+        &self.along
     }
 
     /// Whether the tool has come to the end of the path.

@@ -45,7 +45,7 @@ enum Command {
     Monitor(monitor::Monitor),
     /// Kinematics: poses, joints, motors, Jacobians.
     Kin(Kin),
-    /// Plans of motion, each proved before it is told: phases, pictures.
+    /// Plans of motion without a robot: of axes, of a tool along a path.
     Plan(Plan),
     /// The classes of generators and conditions, and who inhabits them.
     Classes(ClassesArgs),
@@ -213,7 +213,8 @@ fn fraction(text: &str) -> Result<f64, String> {
     }
 }
 
-fn feed(text: &str) -> Result<f64, String> {
+/// A feed that can be asked for, m/s.
+pub(crate) fn feed(text: &str) -> Result<f64, String> {
     match finite(text)? {
         value if value > 0.0 && value <= 5.0 => Ok(value),
         _ => Err("expected a number of m/s above 0 and at most 5".into()),

@@ -1,6 +1,7 @@
-//! `mrroc plan`: motions of axes without a robot, each proved before it is told.
+//! `mrroc plan`: motions without a robot: of axes, each proved before it is told, and of a tool along a
+//! path, as the robot's node would choose them (`path`).
 //!
-//! Positions are in any unit, rad or m; velocities, accelerations and jerks in it per s, s² and s³;
+//! Of `profile`: positions are in any unit, rad or m; velocities, accelerations and jerks in it per s, s² and s³;
 //! times in s.
 //!
 //! ```text
@@ -18,6 +19,7 @@ mod case;
 mod error;
 mod line;
 mod motion;
+mod path;
 mod profile;
 mod table;
 #[cfg(test)]
@@ -28,6 +30,7 @@ use std::io::{BufRead, Write};
 use clap::{Args, Subcommand};
 
 pub(crate) use error::PlanError;
+use path::PathPlan;
 use profile::Profile;
 
 /// Plans of motion
@@ -39,7 +42,8 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    Profile(Profile),
+    Profile(Box<Profile>),
+    Path(PathPlan),
 }
 
 impl Plan {
@@ -51,6 +55,7 @@ impl Plan {
     pub(crate) fn run(self, out: &mut dyn Write, input: &mut dyn BufRead) -> Result<(), PlanError> {
         match self.what {
             What::Profile(profile) => profile.run(out, input),
+            What::Path(path) => path.run(out),
         }
     }
 }

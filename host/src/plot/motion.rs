@@ -31,12 +31,12 @@ pub struct AxisMotion {
     pub bounds: AxisBounds,
 }
 
-const WIDTH: f64 = 1120.0;
-const LEFT: f64 = 92.0;
+pub(super) const WIDTH: f64 = 1120.0;
+pub(super) const LEFT: f64 = 92.0;
 /// Right of the diagrams is room for the values of the limits.
-const PANEL_WIDTH: f64 = 936.0;
-const PANEL_HEIGHT: f64 = 172.0;
-const PITCH: f64 = 190.0;
+pub(super) const PANEL_WIDTH: f64 = 936.0;
+pub(super) const PANEL_HEIGHT: f64 = 172.0;
+pub(super) const PITCH: f64 = 190.0;
 const LEGEND_TOP: f64 = 62.0;
 const LEGEND_PITCH: f64 = 20.0;
 /// A limit this many times as far away as the motion ever comes would make the motion flat.
@@ -88,7 +88,10 @@ pub(super) fn lay_out(data: &MotionPlot) -> Drawing {
         ..Drawing::default()
     };
     drawing.text([24.0, 34.0], 20.0, Anchor::Start, INK, data.title.clone());
-    let mut top = legend(&mut drawing, &data.axes) + 20.0;
+    let mut top = legend(
+        &mut drawing,
+        data.axes.iter().map(|axis| axis.name.as_str()),
+    ) + 20.0;
     let curves: Vec<Vec<(f64, State)>> = data.axes.iter().map(curve).collect();
     let ends = curves.iter().flatten().map(|(t, _)| *t);
     let time = Range::of(ends.chain([0.0])).padded(0.0, 1e-6);
@@ -111,7 +114,7 @@ pub(super) fn lay_out(data: &MotionPlot) -> Drawing {
 }
 
 /// Eight colours, and dashes where they come round again.
-fn stroke(axis: usize) -> Stroke {
+pub(super) fn stroke(axis: usize) -> Stroke {
     let colour = axis_colour(axis);
     if axis < 8 {
         Stroke::solid(colour, 2.0)
@@ -121,11 +124,10 @@ fn stroke(axis: usize) -> Stroke {
 }
 
 /// The names of the axes, and what a thin line is; the bottom of it all.
-fn legend(drawing: &mut Drawing, axes: &[AxisMotion]) -> f64 {
+pub(super) fn legend<'a>(drawing: &mut Drawing, names: impl Iterator<Item = &'a str>) -> f64 {
     let limit = Stroke::dashed(SOFT_INK, 0.9);
-    let names = axes.iter().enumerate();
-    let entries =
-        names.map(|(number, axis)| (stroke(number), axis.name.chars().take(24).collect()));
+    let names = names.enumerate();
+    let entries = names.map(|(number, name)| (stroke(number), name.chars().take(24).collect()));
     let entries: Vec<(Stroke, String)> = entries.chain([(limit, "limit".into())]).collect();
     let (mut x, mut y) = (LEFT, LEGEND_TOP);
     for (stroke, label) in entries {
@@ -238,7 +240,7 @@ impl Diagram<'_> {
 }
 
 /// The limits, and their values beside the frame where there is room for them.
-fn thin_lines(drawing: &mut Drawing, panel: &Panel, limits: &[(f64, Colour)]) {
+pub(super) fn thin_lines(drawing: &mut Drawing, panel: &Panel, limits: &[(f64, Colour)]) {
     let mut free_from = f64::MIN;
     for (value, colour) in limits {
         let [x, y] = panel.place([panel.x.upper, *value]);
@@ -254,7 +256,7 @@ fn thin_lines(drawing: &mut Drawing, panel: &Panel, limits: &[(f64, Colour)]) {
 }
 
 /// With some room around it, and wide enough to have ticks where nothing changes.
-fn visible(range: Range) -> Range {
+pub(super) fn visible(range: Range) -> Range {
     let greatest = if -range.lower > range.upper {
         -range.lower
     } else {

@@ -24,8 +24,10 @@ pub(crate) enum PlanError {
     },
     /// Lines were not all answered.
     Jsonl(JsonlError),
-    /// The picture cannot be written.
-    Picture(host::error::Error),
+    /// The node would refuse the path, here or on the way: nothing would move beyond.
+    Refused(String),
+    /// A file cannot be read, or the picture cannot be written.
+    Host(host::error::Error),
 }
 
 impl PlanError {
@@ -34,9 +36,10 @@ impl PlanError {
         match self {
             Self::Usage(_) => exit::USAGE,
             Self::NoMotion(_) => exit::DATA,
+            Self::Refused(_) => exit::REFUSED,
             Self::Unproved { .. } => exit::INTERNAL,
             Self::Jsonl(error) => error.exit_code(),
-            Self::Picture(error) => error.exit_code(),
+            Self::Host(error) => error.exit_code(),
         }
     }
 }
@@ -44,13 +47,13 @@ impl PlanError {
 impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(text) | Self::NoMotion(text) => f.write_str(text),
+            Self::Usage(text) | Self::NoMotion(text) | Self::Refused(text) => f.write_str(text),
             Self::Unproved { motions: 1, what } => f.write_str(what),
             Self::Unproved { motions, what } => {
                 write!(f, "{motions} motions are wrong, the first: {what}")
             }
             Self::Jsonl(error) => error.fmt(f),
-            Self::Picture(error) => error.fmt(f),
+            Self::Host(error) => error.fmt(f),
         }
     }
 }
@@ -87,6 +90,6 @@ impl From<io::Error> for PlanError {
 
 impl From<host::error::Error> for PlanError {
     fn from(error: host::error::Error) -> Self {
-        Self::Picture(error)
+        Self::Host(error)
     }
 }
