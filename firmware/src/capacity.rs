@@ -17,9 +17,9 @@ pub const DRIVE_BUSES: usize = 2;
 /// Events that wait for transmission: one per axis (drive ready) and as many more.
 pub const EVENTS: usize = 16;
 
-/// Pieces of a path that a node holds: the four spans that a curve's end yields at once, a blend and a piece
-/// for each of the elements of a macrostep, and as many behind, to go back on.
-pub const PATH_PIECES: usize = 24;
+/// Pieces of a path that a node holds: as many as samples, so that points as far apart as the samples fill the
+/// window; of closer ones it sees less, and below a quarter of that distance it may have to refuse.
+pub const PATH_PIECES: usize = PATH_SAMPLES;
 
 /// Elements of a path that wait to be made pieces of: four requests.
 pub const PATH_INBOX: usize = 16;

@@ -436,6 +436,7 @@ impl<const N: usize> ToolPath<N> {
         motion: &ToolMotion<R, N>,
         feed_override: f64,
     ) -> Demand<N> {
+        let known = (self.piece_from, self.sampled, self.path.end());
         self.look_ahead(motion);
         let step = self.feed.step(feed_override);
         self.status = step.status;
@@ -450,6 +451,11 @@ impl<const N: usize> ToolPath<N> {
         }
         self.path.discard_before(self.feed.retained_from());
         let at_rest = step.end.v.abs() <= 0.0 && step.end.a.abs() <= 0.0;
+        let stuck = known == (self.piece_from, self.sampled, self.path.end());
+        let waiting = self.status == Status::Waiting && self.begun;
+        if waiting && stuck && self.room() == 0 && !self.ended {
+            self.refuse(Refusal::QueueFull);
+        }
         if at_rest && !moved {
             return match (self.status, self.wall) {
                 (Status::Waiting, Some(refusal)) => Demand::Refuse(refusal),
