@@ -399,15 +399,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         self.clear_streams();
     }
 
-    /// What was streamed to an instruction is of no use to another.
-    fn clear_streams(&mut self) {
-        self.inbox.clear();
-        self.end_motion = false;
-        self.path.clear();
-        self.path_next = 0;
-        self.feed_override = 1.0;
-    }
-
     /// One macrostep. Under tight coordination it is called again in the same macrostep while
     /// [`Ecp::more`] says that knots wait.
     pub fn step(&mut self, now: Micros, e: EffectorImage<N>, v: Sensors<N>) -> Outcome<N> {

@@ -1,4 +1,4 @@
-//! The path that is streamed to the running instruction.
+//! What is streamed to the running instruction, above all a path.
 
 use super::{Ecp, Programs, Running};
 use crate::capacity::{PATH_ELEMENTS_PER_MACROSTEP, PATH_INBOX};
@@ -71,5 +71,14 @@ impl<R, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             let _ = taken.push((self.path_next.saturating_sub(waiting), element));
         }
         taken
+    }
+
+    /// What was streamed to an instruction is of no use to another.
+    pub(super) fn clear_streams(&mut self) {
+        self.inbox.clear();
+        self.end_motion = false;
+        self.path.clear();
+        self.path_next = 0;
+        self.feed_override = 1.0;
     }
 }
