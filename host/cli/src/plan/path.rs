@@ -33,7 +33,7 @@ Loads are those at the ends of macrosteps, 20 ms apart, as shares of what the no
 /// A tool along a path file, at the speed the robot's node chooses
 ///
 /// Runs the node's own generator: feed, curvature, and how near every joint comes to the limits of velocity
-/// and acceleration. Nothing moves.
+/// and acceleration, at the velocity factor that a cell has without a word. Nothing moves.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLE)]
 pub(super) struct PathPlan {

@@ -6,6 +6,7 @@ use firmware::edp::EdpSetup;
 use host::error::refusal_text;
 use host::path::Streamed;
 use host::task::PathStep;
+use host::task::cell::DEFAULT_VELOCITY_FACTOR;
 use motion::path::PathPoint;
 use motion::profile::State;
 use robots::{JointMotion, Joints, Motors, Robot};
@@ -69,7 +70,8 @@ pub(super) fn ride<R: Robot<N> + Copy, const N: usize>(
     let motion = ToolMotion {
         robot,
         t_flange_tool: robot.description().default_tool(),
-        joint_limits: EdpSetup::<N>::generator_limits(&robot, 1.0).joints_anywhere,
+        joint_limits: EdpSetup::<N>::generator_limits(&robot, DEFAULT_VELOCITY_FACTOR)
+            .joints_anywhere,
         speeds: PathSpeeds {
             velocity_m_s: speeds.velocity_m_s.into(),
             angular_velocity_rad_s: speeds.angular_velocity_rad_s.into(),
