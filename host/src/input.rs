@@ -62,6 +62,25 @@ pub struct DataError {
 }
 
 impl DataError {
+    /// A mistake at a line and column of a text.
+    pub(crate) fn at(
+        (line, column): (u32, u32),
+        problem: Problem,
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        got: impl Into<String>,
+    ) -> Self {
+        Self {
+            path: None,
+            line,
+            column,
+            problem,
+            what: what.into(),
+            expected: expected.into(),
+            got: got.into(),
+        }
+    }
+
     /// The same error, said of a file.
     #[must_use]
     pub fn in_file(mut self, path: &Path) -> Self {

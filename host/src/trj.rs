@@ -276,15 +276,7 @@ fn error_at(
     expected: impl Into<String>,
     got: impl Into<String>,
 ) -> TrjError {
-    DataError {
-        path: None,
-        line,
-        column,
-        problem,
-        what: what.into(),
-        expected: expected.into(),
-        got: got.into(),
-    }
+    DataError::at((line, column), problem, what, expected, got)
 }
 
 fn rows(text: &str) -> Result<Vec<Row<'_>>, TrjError> {

@@ -356,36 +356,4 @@ impl Profile {
             mirror(&first),
         ]
     }
-
-    /// The same distance with the same shape in a longer time.
-    ///
-    /// Time is scaled uniformly: with `k = duration()/duration` velocity scales by k, acceleration by
-    /// k², jerk by k³, so every limit that held before still holds.
-    ///
-    /// # Errors
-    /// [`ProfileError::TooShort`] when `duration` is below [`duration()`](Self::duration),
-    /// [`ProfileError::NotFinite`], or [`ProfileError::NotRepresentable`].
-    pub fn stretched_to(&self, duration: f64) -> Result<Self, ProfileError> {
-        if !duration.is_finite() {
-            return Err(ProfileError::NotFinite);
-        }
-        let shortest = self.duration();
-        if duration < shortest {
-            return Err(ProfileError::TooShort);
-        }
-        if shortest <= 0.0 {
-            return Ok(*self);
-        }
-        let slower = shortest / duration;
-        Self {
-            distance: self.distance,
-            jerk: self.jerk * slower * slower * slower,
-            peak_a: self.peak_a * slower * slower,
-            peak_v: self.peak_v * slower,
-            tj: self.tj / slower,
-            ta: self.ta / slower,
-            tv: self.tv / slower,
-        }
-        .representable()
-    }
 }

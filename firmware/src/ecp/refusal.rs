@@ -16,7 +16,6 @@ pub const fn from_plan(error: ProfileError) -> Refusal {
         ProfileError::NotFinite
         | ProfileError::NegativeDistance
         | ProfileError::NonPositiveLimit
-        | ProfileError::TooShort
         | ProfileError::EndOutsideLimits
         | ProfileError::OutsideRange
         | ProfileError::LeavesRange

@@ -48,7 +48,7 @@ pub fn parse(text: &str) -> Result<ToolPath, DataError> {
     for (line, content) in (1_u32..).zip(text.lines()) {
         end = line;
         if content.len() > MAX_LINE_BYTES {
-            return Err(error(
+            return Err(DataError::at(
                 (line, 1),
                 Problem::TooLong,
                 "line too long",
@@ -67,7 +67,7 @@ pub fn parse(text: &str) -> Result<ToolPath, DataError> {
         let cells = cells(said);
         if let Some(header) = header(line, &cells)? {
             if width.is_some() {
-                return Err(error(
+                return Err(DataError::at(
                     (line, 1),
                     Problem::Conflict,
                     "names of columns below the first line",
@@ -80,7 +80,7 @@ pub fn parse(text: &str) -> Result<ToolPath, DataError> {
         }
         let to = goal(line, &cells, &mut width)?;
         if marks.len() == MOST_POINTS {
-            return Err(error(
+            return Err(DataError::at(
                 (line, 1),
                 Problem::WrongCount,
                 "too many points",
@@ -96,7 +96,7 @@ pub fn parse(text: &str) -> Result<ToolPath, DataError> {
         marks.push(Mark { line, way, to });
     }
     if marks.len() < LEAST_POINTS {
-        return Err(error(
+        return Err(DataError::at(
             (end, 1),
             Problem::WrongCount,
             "too few points for a path",
@@ -128,7 +128,7 @@ fn header(line: u32, cells: &[(u32, &str)]) -> Result<Option<usize>, DataError> 
     }
     for ((column, text), name) in cells.iter().zip(NAMES) {
         if *text != name {
-            return Err(error(
+            return Err(DataError::at(
                 (line, *column),
                 Problem::UnknownName,
                 "wrong name of a column",
@@ -159,7 +159,7 @@ fn count(line: u32, cells: &[(u32, &str)], width: Option<usize>) -> Result<(), D
     }
     let most = width.unwrap_or(if cells.len() < 3 { 3 } else { 6 });
     let place = cells.get(most).or_else(|| cells.last());
-    Err(error(
+    Err(DataError::at(
         (line, place.map_or(1, |(column, _)| *column)),
         Problem::WrongCount,
         "wrong number of columns",
@@ -174,7 +174,7 @@ fn goal(line: u32, cells: &[(u32, &str)], width: &mut Option<usize>) -> Result<G
     for ((value, (column, text)), name) in values.iter_mut().zip(cells).zip(NAMES) {
         let wrong = |problem, what: &str| {
             let unit = if name.len() == 1 { "m" } else { "rad" };
-            error(
+            DataError::at(
                 (line, *column),
                 problem,
                 format!("`{name}` {what}"),
@@ -194,22 +194,4 @@ fn goal(line: u32, cells: &[(u32, &str)], width: &mut Option<usize>) -> Result<G
         position_m: [x, y, z],
         rotation_rad: (cells.len() == NAMES.len()).then_some([rx, ry, rz]),
     })
-}
-
-fn error(
-    (line, column): (u32, u32),
-    problem: Problem,
-    what: impl Into<String>,
-    expected: impl Into<String>,
-    got: impl Into<String>,
-) -> DataError {
-    DataError {
-        path: None,
-        line,
-        column,
-        problem,
-        what: what.into(),
-        expected: expected.into(),
-        got: got.into(),
-    }
 }

@@ -48,15 +48,10 @@ impl<'t> Document<'t> {
         expected: impl Into<String>,
         got: impl Into<String>,
     ) -> DataError {
-        let (line, column) = position(self.text, span.start);
+        let at = position(self.text, span.start);
         DataError {
             path: self.path.map(Path::to_path_buf),
-            line,
-            column,
-            problem,
-            what: what.into(),
-            expected: expected.into(),
-            got: got.into(),
+            ..DataError::at(at, problem, what, expected, got)
         }
     }
 

@@ -226,7 +226,7 @@ impl Upward {
 }
 
 /// Peak and hold of an acceleration pulse that ends at 0 and gains `gain` from where it was 0.
-fn pulse(gain: f64, least: f64, limit: f64) -> (f64, f64) {
+pub(super) fn pulse(gain: f64, least: f64, limit: f64) -> (f64, f64) {
     let square = larger(gain, 0.0);
     if square > limit * limit {
         (limit, (square - limit * limit) / limit)

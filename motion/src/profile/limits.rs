@@ -105,8 +105,6 @@ pub enum ProfileError {
     NegativeDistance,
     /// A limit is zero or negative.
     NonPositiveLimit,
-    /// The asked duration is shorter than the shortest within the limits.
-    TooShort,
     /// The end state is outside the limits, or can only be reached from outside them.
     EndOutsideLimits,
     /// Start or end is outside the range of positions.
@@ -123,7 +121,6 @@ impl fmt::Display for ProfileError {
             Self::NotFinite => "an argument is infinite or not a number",
             Self::NegativeDistance => "the distance is negative",
             Self::NonPositiveLimit => "a limit is not positive",
-            Self::TooShort => "the duration is shorter than the limits allow",
             Self::EndOutsideLimits => "the end state cannot be reached within the limits",
             Self::OutsideRange => "start or end is outside the range of positions",
             Self::LeavesRange => "the motion cannot keep to the range of positions",

@@ -1,6 +1,6 @@
 //! From rest to rest over a distance, with different limits of accelerating and braking.
 
-use super::farthest::{Farthest, Task};
+use super::farthest::{Farthest, Task, pulse};
 use crate::scalar::{larger, smaller};
 
 /// The fastest motion of an axis from rest to rest.
@@ -38,15 +38,6 @@ impl RestToRest {
     }
 }
 
-/// A pulse of acceleration between rest and a velocity: its height and how long that is held.
-fn pulse(velocity: f64, limit: f64) -> (f64, f64) {
-    if velocity > limit * limit {
-        (limit, velocity / limit - limit)
-    } else {
-        (libm::sqrt(velocity), 0.0)
-    }
-}
-
 /// The motion over the distance of a task, and its time, in units of the jerk limit.
 ///
 /// With w the highest velocity, each pulse lasts w/A + A where it meets its limit A, 2√w where not, and
@@ -61,7 +52,7 @@ fn fastest(task: &Task) -> (Farthest, f64) {
     } = *task;
     let (low, high) = (smaller(a_up, a_down), larger(a_up, a_down));
     let lasts = |(peak, hold): (f64, f64)| 2.0 * peak + hold;
-    let (mut up, mut down) = (pulse(v_up, a_up), pulse(v_up, a_down));
+    let (mut up, mut down) = (pulse(v_up, 0.0, a_up), pulse(v_up, 0.0, a_down));
     let full = 0.5 * v_up * (lasts(up) + lasts(down));
     let mut cruise = 0.0;
     if distance >= full {
@@ -82,7 +73,7 @@ fn fastest(task: &Task) -> (Farthest, f64) {
                 let root = limited_once(distance, low, high);
                 root * root
             };
-            (up, down) = (pulse(velocity, a_up), pulse(velocity, a_down));
+            (up, down) = (pulse(velocity, 0.0, a_up), pulse(velocity, 0.0, a_down));
         }
     }
     let motion = Farthest {

@@ -81,17 +81,6 @@ impl<const N: usize> PhaseSynchronised<N> {
         self.profile.duration()
     }
 
-    /// The same line in a longer time.
-    ///
-    /// # Errors
-    /// As [`Profile::stretched_to`].
-    pub fn stretched_to(&self, duration: f64) -> Result<Self, ProfileError> {
-        Ok(Self {
-            profile: self.profile.stretched_to(duration)?,
-            ..*self
-        })
-    }
-
     /// The states t seconds after the beginning; exactly at the end positions from the end on.
     #[must_use]
     pub fn at(&self, t: f64) -> [State; N] {

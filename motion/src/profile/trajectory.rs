@@ -127,6 +127,9 @@ impl<const N: usize> Trajectory<N> {
     /// Replaces the motion by the fastest one to the velocities and accelerations of `request.end`, wherever
     /// that leads: its positions are not looked at, nor are ranges. With both zero, this is a stop.
     ///
+    /// Without an acceleration at the end, velocities stay between their ends, however long the other axes take.
+    /// With one, an axis that must wait for others may pass its velocity limit on the way: [`Self::check`] tells.
+    ///
     /// # Errors
     /// [`TrajectoryError`]; the motion is empty then.
     pub fn plan_velocity(&mut self, request: &Request<N>) -> Result<(), TrajectoryError> {
@@ -195,14 +198,20 @@ impl<const N: usize> Trajectory<N> {
         self.axes.get(axis).map(Phases::end)
     }
 
-    /// Proves every axis with [`check`](super::check()).
+    /// Proves every axis with [`check`](super::check()): that it begins and ends as asked, within its bounds.
+    ///
+    /// The end's position is that of [`Self::end`], which [`Self::plan_velocity`] leaves to the motion.
     ///
     /// # Errors
     /// The first axis that breaks its promise, and how.
     pub fn check(&self, request: &Request<N>) -> Result<(), (usize, Violation)> {
-        let each = request.start.iter().zip(&request.bounds).zip(&self.axes);
-        for (number, ((start, bounds), axis)) in each.enumerate() {
-            check(axis.as_slice(), start, &axis.end(), bounds).map_err(|v| (number, v))?;
+        let each = Asked::of(request).zip(&self.axes);
+        for (number, (asked, axis)) in each.enumerate() {
+            let end = Boundary {
+                p: axis.end().p,
+                ..*asked.end
+            };
+            check(axis.as_slice(), asked.start, &end, asked.bounds).map_err(|v| (number, v))?;
         }
         Ok(())
     }

@@ -47,7 +47,6 @@ impl NoMotion {
                 ProfileError::NotFinite => "not-finite",
                 ProfileError::NegativeDistance => "negative-distance",
                 ProfileError::NonPositiveLimit => "non-positive-limit",
-                ProfileError::TooShort => "too-short",
                 ProfileError::EndOutsideLimits => "end-outside-limits",
                 ProfileError::OutsideRange => "outside-range",
                 ProfileError::LeavesRange => "leaves-range",

@@ -154,9 +154,15 @@ impl World<Mp> {
 
 /// A world whose robots are homed and under torque.
 pub(crate) fn ready() -> World<Mp> {
+    ready_with(config())
+}
+
+/// As [`ready`], of a cell of these robots.
+pub(crate) fn ready_with(config: Config) -> World<Mp> {
     use crate::mp::behaviour::{get_ready, home, sequence};
     use crate::mp::generator::Readiness;
-    let mut world = World::new([Script::default(), Script::default()]);
+    let mp = Mp::new(config, 1).unwrap();
+    let mut world = World::around(mp, [Script::default(), Script::default()]);
     let timing = world.driver.config().timing;
     let both = sequence(vec![
         get_ready(vec![0, 1], Readiness::Enabled, timing),
