@@ -57,23 +57,24 @@ fn knots_of_a_line_are_consistent() {
     loop {
         match b.step(&x) {
             Step::Demand(Demand::Stay) => {}
-            Step::Demand(Demand::Joints(m)) => {
-                knots.push((m.position.0, m.velocity, m.acceleration));
+            Step::Demand(Demand::JointsTwice(halves)) => {
+                knots.extend(halves.map(|m| (m.position.0, m.velocity, m.acceleration)));
             }
             Step::Done => break,
             other => panic!("{other:?}"),
         }
     }
-    assert!(knots.len() > 10);
+    assert!(knots.len() > 20);
+    let h = 0.5 * H;
     for w in knots.windows(2) {
         let ((p0, v0, a0), (p1, v1, a1)) = (w[0], w[1]);
         for k in 0..6 {
             let dp = p1[k] - p0[k];
-            let quad = 0.5 * H * (v0[k] + v1[k]) + H * H / 12.0 * (a0[k] - a1[k]);
+            let quad = 0.5 * h * (v0[k] + v1[k]) + h * h / 12.0 * (a0[k] - a1[k]);
             // what is left is h³/24 of a change of jerk inside the interval, at most the whole jerk
             let jerk = limits.joints_anywhere[k].j;
             assert!(
-                (dp - quad).abs() < H * H * H / 24.0 * 2.0 * jerk + 1e-12,
+                (dp - quad).abs() < h * h * h / 24.0 * 2.0 * jerk + 1e-12,
                 "{k}: {dp} {quad}"
             );
         }

@@ -53,6 +53,8 @@ pub enum Demand<const N: usize> {
     Motors(MotorMotion<N>),
     /// A motion state of the joints.
     Joints(JointMotion<N>),
+    /// Two of them, half a macrostep and a macrostep on: for a way that is more curved than one can tell.
+    JointsTwice([JointMotion<N>; 2]),
     /// A motion state of the motor shafts at an instant of the coordinator's choice.
     At {
         /// Bus time; local time after [`Demand::in_local_time`].
@@ -98,7 +100,11 @@ impl<const N: usize> Demand<N> {
                 motion,
                 has_acceleration,
             },
-            Self::Stay | Self::Motors(_) | Self::Joints(_) | Self::Refuse(_) => self,
+            Self::Stay
+            | Self::Motors(_)
+            | Self::Joints(_)
+            | Self::JointsTwice(_)
+            | Self::Refuse(_) => self,
         }
     }
 }

@@ -8,7 +8,7 @@
 use crate::capacity::{PATH_AVERAGED, PATH_PIECES, PATH_SAMPLES, PATH_SAMPLES_PER_MACROSTEP};
 use crate::ecp::{Demand, pose, refusal};
 use motion::Pose;
-use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, ToolSample};
+use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, Step, ToolSample};
 use motion::path::{
     Arc, BlendError, Join, MovingSegment, Path, PathPoint, Piece, PieceError, PointError,
     QueueError, Straight, Tolerance,
@@ -445,51 +445,84 @@ impl<const N: usize> ToolPath<N> {
         let s = if step.end.p < end { step.end.p } else { end };
         let moved = libm::fabs(s - self.s) > 0.0;
         self.s = s;
+        let at_rest = step.end.v.abs() <= 0.0 && step.end.a.abs() <= 0.0;
+        let rests = at_rest && !moved;
+        let demand = if rests {
+            None
+        } else {
+            Some(self.knots(motion, &step, end))
+        };
+        self.forget(s);
+        let stuck = known == (self.piece_from, self.sampled, end);
+        let waiting = self.status == Status::Waiting && self.begun;
+        if waiting && stuck && self.room() == 0 && !self.ended {
+            self.refuse(Refusal::QueueFull);
+        }
+        if let Some(demand) = demand {
+            self.begun = true;
+            return demand;
+        }
+        match (self.status, self.wall) {
+            (Status::Waiting, Some(refusal)) => Demand::Refuse(refusal),
+            _ if !self.begun => Demand::Stay,
+            // knots at rest, so that the set-points keep their lead
+            _ => Demand::Joints(JointMotion {
+                position: self.here,
+                velocity: [0.0; N],
+                acceleration: [0.0; N],
+            }),
+        }
+    }
+
+    /// What lies behind s and need not be run back to.
+    fn forget(&mut self, s: f64) {
         if self.room() == 0 && !self.ended {
             // many short pieces: more of them lie behind than there is room for
             self.feed.discard_before(s);
         }
         self.path.discard_before(self.feed.retained_from());
-        let at_rest = step.end.v.abs() <= 0.0 && step.end.a.abs() <= 0.0;
-        let stuck = known == (self.piece_from, self.sampled, self.path.end());
-        let waiting = self.status == Status::Waiting && self.begun;
-        if waiting && stuck && self.room() == 0 && !self.ended {
-            self.refuse(Refusal::QueueFull);
-        }
-        if at_rest && !moved {
-            return match (self.status, self.wall) {
-                (Status::Waiting, Some(refusal)) => Demand::Refuse(refusal),
-                _ if !self.begun => Demand::Stay,
-                // knots at rest, so that the set-points keep their lead
-                _ => Demand::Joints(JointMotion {
-                    position: self.here,
-                    velocity: [0.0; N],
-                    acceleration: [0.0; N],
-                }),
-            };
-        }
-        self.begun = true;
-        let Some(point) = self.path.at(s) else {
-            return Demand::Stay;
-        };
-        match motion.local(&point, &self.here) {
-            Ok(local) => {
-                self.here = local.q;
-                let (v, a) = (step.end.v, step.end.a);
-                let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
-                let out = velocity.iter_mut().zip(&mut acceleration);
-                for ((qv, qa), (first, second)) in out.zip(local.first.iter().zip(&local.second)) {
-                    *qv = first * v;
-                    *qa = second * v * v + first * a;
-                }
-                Demand::Joints(JointMotion {
-                    position: local.q,
-                    velocity,
-                    acceleration,
-                })
+    }
+
+    /// The macrostep in two halves: between knots q(t) is a quintic, which over a whole macrostep of a curve,
+    /// whose third derivative jumps where its points are, leaves it by more than a nanometre.
+    fn knots<R: Robot<N>>(
+        &mut self,
+        motion: &ToolMotion<R, N>,
+        step: &Step,
+        end: f64,
+    ) -> Demand<N> {
+        let middle = step.phase.at(0.5 * motion.macrostep_s);
+        match [middle, step.end].map(|along| self.knot(motion, &along, end)) {
+            [Ok(middle), Ok(end)] => {
+                self.here = end.position;
+                Demand::JointsTwice([middle, end])
             }
-            Err(refusal) => Demand::Refuse(refusal),
+            [Err(refusal), _] | [_, Err(refusal)] => Demand::Refuse(refusal),
         }
+    }
+
+    /// The joints where the feed is at an instant, before `end`.
+    fn knot<R: Robot<N>>(
+        &mut self,
+        motion: &ToolMotion<R, N>,
+        along: &State,
+        end: f64,
+    ) -> Result<JointMotion<N>, Refusal> {
+        let s = if along.p < end { along.p } else { end };
+        let point = self.path.at(s).ok_or(Refusal::QueueFull)?;
+        let local = motion.local(&point, &self.here)?;
+        let (v, a) = (along.v, along.a);
+        let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
+        let out = velocity.iter_mut().zip(&mut acceleration);
+        for ((qv, qa), (first, second)) in out.zip(local.first.iter().zip(&local.second)) {
+            *qv = first * v;
+            *qa = second * v * v + first * a;
+        }
+        Ok(JointMotion {
+            position: local.q,
+            velocity,
+            acceleration,
+        })
     }
 
     /// s, ṡ, s̈ and s⃛ at the end of the last macrostep (jerk: until then), over the parameter s of

@@ -9,28 +9,69 @@ use protocol::message::NodeState;
 use protocol::time::Micros;
 use robots::{MotorMotion, Motors, Robot};
 
+/// When a knot is to be reached.
+#[derive(Clone, Copy)]
+enum When {
+    /// At this instant.
+    At(Micros),
+    /// So long after the one before it.
+    After(Micros),
+}
+
+impl When {
+    fn after(self, before: Micros) -> Micros {
+        match self {
+            Self::At(at) => at,
+            Self::After(span) => before + span,
+        }
+    }
+}
+
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
-    /// The demand of one macrostep becomes a knot of the set-point queue.
+    /// The demand of one macrostep becomes a knot of the set-point queue, or two.
     ///
     /// # Errors
-    /// Why the knot was refused; nothing changed then.
+    /// Why a knot was refused; it, and what was to follow it, is not in the queue then.
     pub fn demand(&mut self, now: Micros, demand: &Demand<N>) -> Result<(), Refusal> {
-        let (motion, at, has_acceleration) = match demand {
-            Demand::Stay => return Ok(()),
-            Demand::Refuse(refusal) => return Err(*refusal),
-            Demand::Motors(motion) => (*motion, None, true),
+        let macrostep = self.setup.macrostep;
+        match demand {
+            Demand::Stay => Ok(()),
+            Demand::Refuse(refusal) => Err(*refusal),
+            Demand::Motors(motion) => self.knot(now, motion, When::After(macrostep), true),
             Demand::At {
                 at,
                 motion,
                 has_acceleration,
-            } => (*motion, Some(*at), *has_acceleration),
-            Demand::Joints(motion) => (self.motor_motion(motion)?, None, true),
+            } => self.knot(now, motion, When::At(*at), *has_acceleration),
+            Demand::Joints(motion) => {
+                let motion = self.motor_motion(motion)?;
+                self.knot(now, &motion, When::After(macrostep), true)
+            }
+            Demand::JointsTwice([middle, end]) => {
+                let (middle, end) = (self.motor_motion(middle)?, self.motor_motion(end)?);
+                let half = Micros(macrostep.0 / 2);
+                self.knot(now, &middle, When::After(half), true)?;
+                let rest = Micros(macrostep.0 - half.0);
+                self.knot(now, &end, When::After(rest), true)
+            }
             Demand::JointsAt {
                 at,
                 motion,
                 has_acceleration,
-            } => (self.motor_motion(motion)?, Some(*at), *has_acceleration),
-        };
+            } => {
+                let motion = self.motor_motion(motion)?;
+                self.knot(now, &motion, When::At(*at), *has_acceleration)
+            }
+        }
+    }
+
+    fn knot(
+        &mut self,
+        now: Micros,
+        motion: &MotorMotion<N>,
+        when: When,
+        has_acceleration: bool,
+    ) -> Result<(), Refusal> {
         let macrostep = self.setup.macrostep;
         let Some(interpolator) = &mut self.interpolator else {
             return Err(Refusal::WrongState {
@@ -39,19 +80,21 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         };
         let at = if interpolator.is_idle() {
             // one macrostep of lead, so that the queue never runs dry between two of them
-            let start = match at {
-                Some(at) if at.since(now) > macrostep => Micros(at.0.saturating_sub(macrostep.0)),
-                Some(_) => now,
-                None => now + macrostep,
+            let start = match when {
+                When::At(at) if at.since(now) > macrostep => {
+                    Micros(at.0.saturating_sub(macrostep.0))
+                }
+                When::At(_) => now,
+                When::After(_) => now + macrostep,
             };
             interpolator
                 .start(start.0)
                 .map_err(|_| Refusal::WrongState {
                     state: self.mode.into(),
                 })?;
-            at.unwrap_or(start + macrostep)
+            when.after(start)
         } else {
-            at.unwrap_or(self.last_knot_at + macrostep)
+            when.after(self.last_knot_at)
         };
         let knot = Knot {
             at_us: at.0,

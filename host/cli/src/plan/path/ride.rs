@@ -126,7 +126,9 @@ impl Ride {
                 path.take(number, element);
             }
             match path.step(motion, 1.0) {
-                Demand::Joints(joints) => self.note(motion, path.along(), &joints),
+                Demand::Joints(joints) | Demand::JointsTwice([_, joints]) => {
+                    self.note(motion, path.along(), &joints);
+                }
                 Demand::Refuse(refusal) => {
                     let why = refusal_text(&refusal);
                     return Err(format!("{}: {why}", self.place(path.along().p)));
