@@ -515,3 +515,82 @@ fn what_cannot_be_done_is_refused_at_rest_before_it() {
     // a line that goes nowhere is none, and a path of nothing is done
     assert_eq!(refused(vec![line(a), PathElement::End]).0, End::Done);
 }
+
+/// `LinuxCNC` 2.10 accelerated with 8.1 times the limit when it rounded G3 arcs of 4 mm (`LinuxCNC#3773`).
+#[test]
+fn small_arcs_are_rounded_within_the_acceleration_asked_for() {
+    const RADIUS: f64 = 4e-3;
+    let a = start();
+    let at = |x: f64, y: f64| a.position + Vector3::new(-y, x, 0.0);
+    for rounding in [1e-5_f32, 1e-4, 1e-3] {
+        // half circles side by side, so that they meet in a cusp, and quarters that meet in right angles
+        let arc = |from: f64, sweep: f64| {
+            let (middle, end) = (0.5 * sweep, sweep);
+            let (dx, dy) = (RADIUS * libm::cos(middle), RADIUS * libm::sin(middle));
+            let (ex, ey) = (RADIUS * libm::cos(end), RADIUS * libm::sin(end));
+            PathElement::Arc {
+                via_m: at(from + RADIUS - dx, dy).into(),
+                to: message(&Pose {
+                    position: at(from + RADIUS - ex, ey),
+                    ..a
+                }),
+                corner: Corner {
+                    metres: rounding,
+                    radians: 0.05,
+                },
+            }
+        };
+        let back = |x: f64| PathElement::Line {
+            to: message(&Pose {
+                position: at(x, 0.0),
+                ..a
+            }),
+            corner: Corner {
+                metres: rounding,
+                radians: 0.05,
+            },
+        };
+        let mut elements = Vec::new();
+        for k in 0..4 {
+            let from = f64::from(k) * 3.0 * RADIUS;
+            elements.push(arc(from, std::f64::consts::PI));
+            elements.push(arc(from + 2.0 * RADIUS, std::f64::consts::FRAC_PI_2));
+            elements.push(back(from + 3.0 * RADIUS));
+        }
+        elements.push(PathElement::End);
+        let mut asked = arm(0.12);
+        asked.speeds.acceleration_m_s2 = 1.75;
+        // joints that bear whatever the tool may do
+        asked.joint_limits = asked.joint_limits.map(|l| AxisLimits {
+            v: l.v * 100.0,
+            a: l.a * 1e3,
+            j: l.j * 1e5,
+        });
+        let mut run = Run::new(&asked, elements);
+        assert_eq!(
+            run.steps(4000, |_| 1.0, |_| false),
+            End::Done,
+            "{:?}",
+            run.knots.len()
+        );
+        let points = run.set_points();
+        let tool: Vec<_> = points
+            .iter()
+            .map(|[m]| run.tool(&m.position).position)
+            .collect();
+        let worst = tool.windows(3).fold(0.0f64, |worst, w| {
+            larger(
+                worst,
+                ((w[2] - w[1]) - (w[1] - w[0])).norm() / (125e-6 * 125e-6),
+            )
+        });
+        let fastest = tool.windows(2).fold(0.0f64, |most, w| {
+            larger(most, (w[1] - w[0]).norm() / 125e-6)
+        });
+        println!("{rounding} m: {worst:.3} m/s², {fastest:.3} m/s");
+        // what lies between samples may exceed them a little
+        assert!(worst < 1.75 * 1.01 && worst > 1.0, "{rounding}: {worst}");
+        // √(a·r) = 0.084 m/s on the arcs, more where they are straight
+        assert!(fastest > 0.04, "{rounding}: {fastest}");
+    }
+}

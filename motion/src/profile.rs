@@ -24,6 +24,7 @@ mod limits;
 mod line;
 mod rest;
 mod search;
+mod settle;
 mod synchronised;
 mod trajectory;
 mod turn;

@@ -10,8 +10,8 @@ use crate::ecp::{Demand, pose, refusal};
 use motion::Pose;
 use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, Step, ToolSample};
 use motion::path::{
-    Arc, BlendError, Join, MovingSegment, Path, PathPoint, Piece, PieceError, PointError,
-    QueueError, Straight, Tolerance,
+    Arc, BlendError, Join, METRES_PER_RADIAN, MovingSegment, Path, PathPoint, Piece, PieceError,
+    PointError, QueueError, Straight, Tolerance,
 };
 use motion::profile::{AxisLimits, State};
 use nalgebra::Vector3;
@@ -19,12 +19,18 @@ use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Corner, PathElement};
 use robots::{JointMotion, Joints, Robot};
 
-/// Step of the difference quotients, m: of q''' the error is δ² times the fifth derivative, and rounding
+/// Greatest step of the difference quotients, m: of q''' the error is δ² times the fifth derivative, and rounding
 /// (1e-16/δ³) a part in 1e5 of what a millimetre's radius makes of it.
 const DELTA: f64 = 2.5e-4;
+/// Over a step the direction of the path changes by no more than this, rad, so that where it bends sharply the
+/// quotients are still of the path and not of its continuation far beyond.
+const BEND: f64 = 0.1;
 /// Greatest and least distance of samples, m.
 const COARSEST: f64 = 1.5e-3;
 const FINEST: f64 = 2e-4;
+/// Pieces below so many distances of samples are looked at one by one: a blend bends most in its middle, and
+/// falls to half of that an eighth of its length away.
+const SHORT: f64 = 4.0;
 /// The motion is smoothed over this times acceleration by jerk: see [`motion::feed`].
 const SMOOTHING: f64 = 2.0 / 0.65;
 /// Share of the samples that lies ahead of the tool, and must hold the way to a stop.
@@ -77,7 +83,8 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
     /// Central differences of the fourth order for q' and q'', of the second for q'''.
     fn local(&self, point: &PathPoint, near: &Joints<N>) -> Result<Local<N>, Refusal> {
         let q = self.joints(&point.pose, near)?;
-        let at = |steps: f64| self.joints(&point.continued(steps * DELTA), &q);
+        let delta = step(point);
+        let at = |steps: f64| self.joints(&point.continued(steps * delta), &q);
         let (b2, b1, a1, a2) = (at(-2.0)?, at(-1.0)?, at(1.0)?, at(2.0)?);
         let mut local = Local {
             q,
@@ -95,9 +102,9 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
         for ((((first, second), third), q), ((b2, a2), (b1, a1))) in
             out.zip(&q.0).zip(outer.zip(inner))
         {
-            *first = (8.0 * (a1 - b1) - (a2 - b2)) / (12.0 * DELTA);
-            *second = (16.0 * (a1 + b1) - (a2 + b2) - 30.0 * q) / (12.0 * DELTA * DELTA);
-            *third = ((a2 - b2) - 2.0 * (a1 - b1)) / (2.0 * DELTA * DELTA * DELTA);
+            *first = (8.0 * (a1 - b1) - (a2 - b2)) / (12.0 * delta);
+            *second = (16.0 * (a1 + b1) - (a2 + b2) - 30.0 * q) / (12.0 * delta * delta);
+            *third = ((a2 - b2) - 2.0 * (a1 - b1)) / (2.0 * delta * delta * delta);
         }
         Ok(local)
     }
@@ -148,6 +155,19 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
             FINEST
         }
     }
+}
+
+/// How sharply the path bends, 1/m: its curvature, and that of its turning.
+fn bend(point: &PathPoint) -> f64 {
+    point.second.linear.norm() + METRES_PER_RADIAN * point.second.angular.norm()
+}
+
+/// The step of the difference quotients, m.
+fn step(point: &PathPoint) -> f64 {
+    let third = point.third.linear.norm() + METRES_PER_RADIAN * point.third.angular.norm();
+    let by = |limit: f64, at_most: f64| if limit < at_most { limit } else { at_most };
+    // a division by zero is infinity, which limits nothing
+    by(BEND / bend(point), by(libm::sqrt(BEND / third), DELTA))
 }
 
 /// A path on its way: what the tool has before it, and where it is.
@@ -209,7 +229,7 @@ impl<const N: usize> ToolPath<N> {
         let feed = Feed::new(&limits, grid, motion.macrostep_s)
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
         Ok(Self {
-            path: Path::new(),
+            path: Path::new().without_blends_below(0.5 * grid),
             curve: None,
             last: motion.robot.forward(from) * motion.t_flange_tool,
             ended: false,
@@ -412,7 +432,9 @@ impl<const N: usize> ToolPath<N> {
             return Ok(true);
         }
         let next = last + self.grid;
-        if next > known {
+        // what bends the path up to the sample after this one counts here too
+        let needed = if self.ended { next } else { next + self.grid };
+        if needed > known {
             return Ok(false);
         }
         let sample = self.sample_at(motion, next)?;
@@ -426,8 +448,20 @@ impl<const N: usize> ToolPath<N> {
         motion: &ToolMotion<R, N>,
         s: f64,
     ) -> Result<Sample<N>, Refusal> {
-        let point = self.path.at(s).ok_or(Refusal::Unreachable)?;
-        motion.sample(&point, &mut self.ahead)
+        let mut sharpest = self.path.at(s).ok_or(Refusal::Unreachable)?;
+        let (from, to) = (s - self.grid, s + self.grid);
+        let short = SHORT * self.grid;
+        let middles: heapless::Vec<f64, 8> = self.path.short_between(from, to, short).collect();
+        for middle in middles {
+            if let Some(point) = self
+                .path
+                .at(middle)
+                .filter(|point| bend(point) > bend(&sharpest))
+            {
+                sharpest = point;
+            }
+        }
+        motion.sample(&sharpest, &mut self.ahead)
     }
 
     /// One macrostep, at a share of the programmed feed.

@@ -58,6 +58,8 @@ pub struct Path<const N: usize> {
     end: f64,
     /// The entry last asked for, from the first.
     cursor: usize,
+    /// Blends are not shorter, m.
+    shortest_blend: f64,
 }
 
 /// The part of a piece from one value of its own parameter to another.
@@ -95,6 +97,17 @@ impl<const N: usize> Path<N> {
             count: 0,
             end: 0.0,
             cursor: 0,
+            shortest_blend: 0.0,
+        }
+    }
+
+    /// The same, with corners left as they are, to stop in, where a blend would be shorter than this, m: for
+    /// whoever samples the path and could not see it.
+    #[must_use]
+    pub fn without_blends_below(self, shortest_blend: f64) -> Self {
+        Self {
+            shortest_blend,
+            ..self
         }
     }
 
@@ -173,6 +186,9 @@ impl<const N: usize> Path<N> {
             return self.append(&piece);
         }
         let blend = Blend::between(&last.piece, &piece, tolerance).map_err(QueueError::Corner)?;
+        if blend.curve().length() < self.shortest_blend {
+            return self.append(&piece);
+        }
         let to = last.to - blend.distance();
         let rest = to - last.from;
         let places = if rest > NOTHING_M { 2 } else { 1 };
@@ -227,6 +243,16 @@ impl<const N: usize> Path<N> {
             entry.from + (s - entry.start)
         };
         Some(entry.piece.at(local))
+    }
+
+    /// The middles of pieces shorter than `short` that reach into the way from `from` to `to`, all in m, at most
+    /// eight: where a path bends that samples `short` apart would miss.
+    pub fn short_between(&self, from: f64, to: f64, short: f64) -> impl Iterator<Item = f64> {
+        let found = (0..self.count)
+            .filter_map(|i| self.entry(i))
+            .filter(move |entry| entry.end() > from && entry.start < to)
+            .filter(move |entry| entry.end() - entry.start < short);
+        found.map(|entry| 0.5 * (entry.start + entry.end())).take(8)
     }
 
     /// The first place after s where the tool must be at rest, m, the [end](Self::end) of what is known

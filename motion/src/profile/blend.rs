@@ -22,12 +22,15 @@ pub(super) struct Phases {
     duration: f64,
 }
 
-/// A stretch of constant jerk: when it ends, its jerk, and the acceleration it begins with.
+/// A stretch of constant jerk: its length and when it ends, its jerk, the acceleration it begins with, and the
+/// velocity of a cruise.
 #[derive(Clone, Copy)]
 struct Stretch {
+    length: f64,
     end: f64,
     jerk: f64,
     a0: f64,
+    cruise: Option<f64>,
 }
 
 type Shape = [Stretch; 7];
@@ -40,22 +43,25 @@ fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
     } else {
         (peak - valley, valley, 0.0)
     };
+    let cruise = (farthest.cruise > 0.0).then_some(sign * task.v_up);
     let mut end = 0.0;
     [
-        (peak - task.a0, sign, task.a0),
-        (farthest.hold_peak, 0.0, peak),
-        (to_top, -sign, peak),
-        (farthest.cruise, 0.0, top),
-        (from_top, -sign, top),
-        (farthest.hold_valley, 0.0, valley),
-        (task.a1 - valley, sign, valley),
+        (peak - task.a0, sign, task.a0, None),
+        (farthest.hold_peak, 0.0, peak, None),
+        (to_top, -sign, peak, None),
+        (farthest.cruise, 0.0, top, cruise),
+        (from_top, -sign, top, None),
+        (farthest.hold_valley, 0.0, valley, None),
+        (task.a1 - valley, sign, valley, None),
     ]
-    .map(|(length, jerk, a0)| {
+    .map(|(length, jerk, a0, cruise)| {
         end += length;
         Stretch {
+            length,
             end,
             jerk,
             a0: sign * a0,
+            cruise,
         }
     })
 }
@@ -63,34 +69,27 @@ fn shape(farthest: &Farthest, task: &Task, sign: f64) -> Shape {
 /// The stretches of a pulse of acceleration; `sign` is -1 for the mirrored axis.
 fn pulse(pulse: &Pulse, sign: f64) -> Shape {
     let Pulse { a0, peak, hold, a1 } = *pulse;
-    let ends = [peak - a0, peak - a0 + hold, peak - a0 + hold + (peak - a1)];
-    let [first, second, last] = ends;
-    let done = Stretch {
-        end: last,
-        jerk: 0.0,
-        a0: sign * a1,
-    };
+    let mut end = 0.0;
+    let still = (0.0, 0.0, a1);
     [
-        Stretch {
-            end: first,
-            jerk: sign,
-            a0: sign * a0,
-        },
-        Stretch {
-            end: second,
-            jerk: 0.0,
-            a0: sign * peak,
-        },
-        Stretch {
-            end: last,
-            jerk: -sign,
-            a0: sign * peak,
-        },
-        done,
-        done,
-        done,
-        done,
+        (peak - a0, sign, a0),
+        (hold, 0.0, peak),
+        (peak - a1, -sign, peak),
+        still,
+        still,
+        still,
+        still,
     ]
+    .map(|(length, jerk, a0)| {
+        end += length;
+        Stretch {
+            length,
+            end,
+            jerk,
+            a0: sign * a0,
+            cruise: None,
+        }
+    })
 }
 
 /// Where the integration of the jerk stands, in units of the jerk limit.
@@ -104,12 +103,14 @@ pub(super) struct Pen<'a> {
 }
 
 impl Pen<'_> {
-    /// A stretch of `t` with jerk `j`; the acceleration is what it is known to be, not what rounding made of it.
-    fn draw(&mut self, t: f64, j: f64, a: f64) {
+    /// A stretch of `t` with jerk `j`; the acceleration is what it is known to be, not what rounding made of it,
+    /// and so is the velocity of a cruise, which may last.
+    fn draw(&mut self, t: f64, j: f64, a: f64, cruise: Option<f64>) {
         if t <= 0.0 {
             return;
         }
         self.a = a;
+        self.v = cruise.unwrap_or(self.v);
         if let Some(place) = self.out.list.get_mut(self.out.count) {
             *place = Phase {
                 t,
@@ -150,6 +151,10 @@ impl Phases {
 
     pub(super) fn as_slice(&self) -> &[Phase] {
         self.list.get(..self.count).unwrap_or(&[])
+    }
+
+    pub(super) fn as_mut_slice(&mut self) -> &mut [Phase] {
+        self.list.get_mut(..self.count).unwrap_or(&mut [])
     }
 
     /// The same motion k times as far, from `start` to `end`.
@@ -239,8 +244,8 @@ impl Pen<'_> {
     /// The brake, and then a motion between two extremal ones.
     pub(super) fn arrive(&mut self, brake: &Brake, arrival: &Arrival, between: &Between) {
         let [first, second] = brake.times;
-        self.draw(first, brake.jerk, self.a);
-        self.draw(second, 0.0, self.a);
+        self.draw(first, brake.jerk, self.a, None);
+        self.draw(second, 0.0, self.a, None);
         let (up, down) = (&arrival.up.task, &arrival.down.task);
         match between {
             Between::Farthest(far) => self.follow(&shape(far, up, 1.0)),
@@ -263,14 +268,14 @@ impl Pen<'_> {
 
     /// Nothing moves for `time`.
     pub(super) fn wait(&mut self, time: f64) {
-        self.draw(time, 0.0, 0.0);
+        self.draw(time, 0.0, 0.0, None);
     }
 
     /// A change of velocity; the motion ends wherever that leads.
     pub(super) fn gain(&mut self, brake: &Brake, change: &Change) {
         let [first, second] = brake.times;
-        self.draw(first, brake.jerk, self.a);
-        self.draw(second, 0.0, self.a);
+        self.draw(first, brake.jerk, self.a, None);
+        self.draw(second, 0.0, self.a, None);
         let share = change.share;
         let (rising, falling) = (pulse(&change.rising, 1.0), pulse(&change.falling, -1.0));
         if share >= 1.0 {
@@ -280,7 +285,7 @@ impl Pen<'_> {
         } else {
             self.mean(&rising, &falling, share);
         }
-        self.draw(change.kept, 0.0, 0.0);
+        self.draw(change.kept, 0.0, 0.0, None);
         self.out.end.p = self.from + self.x * self.scale;
     }
 
@@ -288,28 +293,24 @@ impl Pen<'_> {
     /// since velocity, acceleration and jerk are smaller by k, k² and k³.
     pub(super) fn stretch(&mut self, way: &RestToRest, time: f64) {
         if way.time <= 0.0 {
-            self.draw(time, 0.0, 0.0);
+            self.draw(time, 0.0, 0.0, None);
             return;
         }
         let k = time / way.time;
         let (acceleration, jerk) = (1.0 / (k * k), 1.0 / (k * k * k));
-        let mut from = 0.0;
-        for Stretch {
-            end,
-            jerk: sign,
-            a0,
-        } in shape(&way.motion, &way.task, way.sign)
-        {
-            self.draw(k * (end - from), jerk * sign, acceleration * a0);
-            from = end;
+        for stretch in shape(&way.motion, &way.task, way.sign) {
+            self.draw(
+                k * stretch.length,
+                jerk * stretch.jerk,
+                acceleration * stretch.a0,
+                stretch.cruise.map(|v| v / k),
+            );
         }
     }
 
     fn follow(&mut self, shape: &Shape) {
-        let mut from = 0.0;
         for stretch in shape {
-            self.draw(stretch.end - from, stretch.jerk, stretch.a0);
-            from = stretch.end;
+            self.draw(stretch.length, stretch.jerk, stretch.a0, stretch.cruise);
         }
     }
 
@@ -329,6 +330,7 @@ impl Pen<'_> {
                 end - t,
                 share * f.jerk + other * n.jerk,
                 share * f_a + other * n_a,
+                f.cruise.zip(n.cruise).map(|(f, n)| share * f + other * n),
             );
             t = larger(end, t);
             if f.end <= end {

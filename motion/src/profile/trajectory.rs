@@ -535,7 +535,10 @@ fn draw<const N: usize>(
             Synchronisation::Time | Synchronisation::Phase => duration,
         };
         match asked.draw_in_range(axis, time, out) {
-            Ok(()) => out.ends_at(time),
+            Ok(()) => {
+                out.settle();
+                out.ends_at(time);
+            }
             Err(Verdict::NotBefore(later)) if later > time => {
                 latest = Some(larger(later, latest.unwrap_or(duration)));
             }
