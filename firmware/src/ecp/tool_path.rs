@@ -133,15 +133,19 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
         })
     }
 
+    /// Over how long a motion is smoothed, s. The jerk of the tool is limited such that it, too, needs that long.
+    fn smoothing(&self) -> f64 {
+        self.joint_limits.iter().fold(0.0, |longest, joint| {
+            let tau = SMOOTHING * joint.a / joint.j;
+            if tau > longest { tau } else { longest }
+        })
+    }
+
     /// Samples as far apart as it takes for the window to hold the way to a stop from the speed asked for, and
     /// for a quarter of it to hold what one step must look at: the way during the smoothing and two macrosteps.
     fn grid(&self) -> f64 {
         let (v, a) = (self.speeds.velocity_m_s, self.speeds.acceleration_m_s2);
-        let smoothing = self.joint_limits.iter().fold(0.0, |longest, joint| {
-            let tau = SMOOTHING * joint.a / joint.j;
-            if tau > longest { tau } else { longest }
-        });
-        let step = v * (smoothing + 3.0 * self.macrostep_s);
+        let step = v * (self.smoothing() + 3.0 * self.macrostep_s);
         let stop = 0.5 * v * v / a + step;
         #[expect(clippy::cast_precision_loss, reason = "some hundred samples")]
         let window = PATH_SAMPLES as f64;
@@ -212,17 +216,18 @@ impl<const N: usize> ToolPath<N> {
             acceleration_m_s2,
             angular_acceleration_rad_s2,
         } = motion.speeds;
+        let smoothing = motion.smoothing();
         let limits = FeedLimits {
             joints: motion.joint_limits,
             linear: NormLimits {
                 v: Some(velocity_m_s),
                 a: Some(acceleration_m_s2),
-                j: None,
+                j: Some(SMOOTHING * acceleration_m_s2 / smoothing),
             },
             angular: NormLimits {
                 v: Some(angular_velocity_rad_s),
                 a: Some(angular_acceleration_rad_s2),
-                j: None,
+                j: Some(SMOOTHING * angular_acceleration_rad_s2 / smoothing),
             },
         };
         let grid = motion.grid();
