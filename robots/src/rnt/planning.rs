@@ -1,0 +1,134 @@
+//! Limits for planning in joint space, such that the motors' limits hold.
+//!
+//! # Slopes
+//!
+//! A leg's end P moves at Ṗ, and its length at u·Ṗ, u the leg's unit vector from the foot b. The reach
+//! moves P by −n: |∂L/∂r| ≤ 1. A tilt about the unit vector w through the base's origin moves it by w × P:
+//! |∂L/∂t| = |w·(P × u)| = |w·(b × u)|, since P − b is along u: at most b's distance from the axis. About y
+//! that is |bx|; about the platform's x, (cos ty, 0, −sin ty), it is √(B² − bx²·cos²ty).
+//!
+//! # Curvatures
+//!
+//! [`CURVATURES`] bound |∂²L/∂q∂q| over the joints' limits, where legs are in theirs; [`THIRD`] and
+//! [`THIRD_REACH`] bound |∂³L/∂q∂q∂q| over all that is known of the tripod. They are maxima over dense
+//! grids, with margins of 3 % and more; tests sample them again.
+
+use motion::AxisLimits;
+
+use super::assumed::{BASE_RADIUS_M, TILT_DEGREES, WRIST_RATIO};
+use super::data::{DESCRIPTION, LEG_RAD_PER_M};
+use super::tripod::{FEET_M, legs};
+use crate::error::KinematicError;
+use crate::planning::{self, UNLIMITED, VelocityFactor, cap, greatest};
+use crate::space::Joints;
+
+/// Bounds of |∂²L/∂q∂q| by ty, tx, r: m/rad², 1/rad, 1/m. The legs at 210° and 330° mirror each other.
+const CURVATURES: [[[f64; 3]; 3]; 3] = [
+    [[0.0, 0.0, 0.0], [0.0, 0.23, 0.062], [0.0, 0.062, 0.16]],
+    SIDE_CURVATURES,
+    SIDE_CURVATURES,
+];
+const SIDE_CURVATURES: [[f64; 3]; 3] = [
+    [0.20, 0.255, 0.065],
+    [0.255, 0.42, 0.042],
+    [0.065, 0.042, 0.168],
+];
+
+/// Bound of every |∂³L/∂q∂q∂q|, in m and rad, but the one by r alone.
+const THIRD: f64 = 1.03;
+/// By how much |∂³L/∂r³| may be greater, 1/m².
+const THIRD_REACH: f64 = 2.7;
+
+/// Parts of a line, each with one sample in its middle.
+const PARTS: u32 = 16;
+
+/// Bounds of |∂L/∂q| of every leg by ty, tx, r over the joints' limits.
+fn slopes() -> [[f64; 3]; 3] {
+    let cos = libm::cos(TILT_DEGREES.to_radians());
+    FEET_M.map(|[bx, _]| {
+        let from_x2 = BASE_RADIUS_M * BASE_RADIUS_M - bx * bx * cos * cos;
+        [bx.abs(), libm::sqrt(from_x2), 1.0]
+    })
+}
+
+/// C(k, j) as `per_joint[j][k]`.
+fn per_joint() -> [[f64; 6]; 6] {
+    let legs = slopes().map(|row| row.map(|s| s * LEG_RAD_PER_M));
+    let [[ay, ax, ar], [by, bx, br], [cy, cx, cr]] = legs;
+    [
+        [ay, by, cy, 0.0, 0.0, 0.0],
+        [ax, bx, cx, 0.0, 0.0, 0.0],
+        [ar, br, cr, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, WRIST_RATIO, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, WRIST_RATIO, 0.0],
+        [0.0, 0.0, 0.0, 0.0, 0.0, WRIST_RATIO],
+    ]
+}
+
+/// See [`crate::Robot::motor_slopes`].
+pub(super) fn motor_slopes() -> [f64; 6] {
+    let [[leg_1, ..], [_, leg_2, ..], [_, _, leg_3, ..], ..] = per_joint();
+    [leg_1, leg_2, leg_3, WRIST_RATIO, WRIST_RATIO, WRIST_RATIO]
+}
+
+/// See [`crate::Robot::joint_limits_for_planning`].
+pub(super) fn joint_limits(factor: VelocityFactor) -> [AxisLimits; 6] {
+    let curved = |rates: &[f64; 6]| {
+        let mut curved = [0.0; 6];
+        for (curved, leg) in curved.iter_mut().zip(&CURVATURES) {
+            for (row, a) in leg.iter().zip(rates) {
+                for (bound, b) in row.iter().zip(rates) {
+                    *curved += LEG_RAD_PER_M * bound * a * b;
+                }
+            }
+        }
+        curved
+    };
+    planning::shared_limits(&DESCRIPTION.axes, &per_joint(), curved, factor)
+}
+
+/// See [`crate::Robot::limits_along`].
+///
+/// The line is cut into [`PARTS`]; |L'| and |L''| along it are sampled in the middle of each, and the
+/// most they can be beside the samples is half a part times the bound of the next derivative.
+///
+/// # Errors
+/// [`KinematicError::NotFinite`], or [`KinematicError::Limit`] where the line leaves what is known of the
+/// tripod.
+pub(super) fn limits_along(
+    from: &Joints<6>,
+    to: &Joints<6>,
+    factor: VelocityFactor,
+) -> Result<Option<AxisLimits>, KinematicError> {
+    let Some(direction) = planning::direction(from, to)? else {
+        return Ok(None);
+    };
+    let ([y, x, r, ..], [dy, dx, dr, ..]) = (from.0, direction);
+    let half_part = 0.5 / f64::from(PARTS);
+    let (mut slope, mut curvature) = ([0.0; 3], [0.0; 3]);
+    let mut part = 0;
+    while part < PARTS {
+        let s = (2.0 * f64::from(part) + 1.0) * half_part;
+        let here = legs([y + s * dy, x + s * dx, r + s * dr])?;
+        for ((slope, curvature), leg) in slope.iter_mut().zip(&mut curvature).zip(here) {
+            *slope = greatest(*slope, leg.rate(&[dy, dx, dr]).abs());
+            *curvature = greatest(*curvature, leg.curvature(&[dy, dx, dr]).abs());
+        }
+        part += 1;
+    }
+    let (all, reach) = (dy.abs() + dx.abs() + dr.abs(), dr.abs());
+    let third = THIRD * all * all * all + THIRD_REACH * reach * reach * reach;
+    let mut limits = UNLIMITED;
+    for (k, (axis, dq)) in DESCRIPTION.axes.iter().zip(direction).enumerate() {
+        let (motor, bend) = match slope.get(k).zip(curvature.get(k)) {
+            Some((slope, curvature)) => {
+                let bend = curvature + half_part * third;
+                let most = slope + half_part * bend;
+                (most * LEG_RAD_PER_M, bend * LEG_RAD_PER_M)
+            }
+            None => (dq.abs() * WRIST_RATIO, 0.0),
+        };
+        cap(&mut limits, axis, factor, [motor, bend, dq]);
+    }
+    Ok(Some(limits))
+}
