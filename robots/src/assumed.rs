@@ -319,4 +319,46 @@ pub const ASSUMED: &[Assumed] = &[
         unit: "m",
         why: "the middle of the work area lies in the world's plane z = 0, away from the other robots",
     },
+    Assumed {
+        item: "rnt: coarse velocity of homing, towards the switch",
+        value: 5.0,
+        unit: "rad/s",
+        why: "8 mm/s of a leg",
+    },
+    Assumed {
+        item: "rnt: greatest velocity of the flange, planning",
+        value: 0.2,
+        unit: "m/s",
+        why: "engraving; far below what the legs can",
+    },
+    Assumed {
+        item: "rnt: greatest acceleration of the flange, planning",
+        value: 1.0,
+        unit: "m/s²",
+        why: "half of what the legs are planned with",
+    },
+    Assumed {
+        item: "rnt: the work area's surface below the base",
+        value: 1.30,
+        unit: "m",
+        why: "the reaches over it are in the middle of their range",
+    },
+    Assumed {
+        item: "rnt: size of the work area along x",
+        value: 0.8,
+        unit: "m",
+        why: "what a vertical spindle reaches far from limits and singularities",
+    },
+    Assumed {
+        item: "rnt: size of the work area along y",
+        value: 0.6,
+        unit: "m",
+        why: "what a vertical spindle reaches far from limits and singularities",
+    },
+    Assumed {
+        item: "rnt: clearance above the work area",
+        value: 0.10,
+        unit: "m",
+        why: "room for moves between cuts",
+    },
 ];

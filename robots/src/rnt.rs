@@ -32,9 +32,12 @@
 //!
 //! # Work area
 //!
-//! A vertical spindle (flange's z down, x along the base's x) reaches every point of a board of
-//! [`WORK_AREA_SIZE_M`] around [`WORK_AREA_CENTRE_M`], and up to [`WORK_AREA_CLEARANCE_M`] above it, far from
-//! limits and singularities. On the board w2 is between 33° and 85°: |sin w2| ≥ 0.54.
+//! A vertical spindle (flange's z along the base's −z, its x along the base's −x, as at home) reaches every
+//! point of a board of [`WORK_AREA_SIZE_M`] around [`WORK_AREA_CENTRE_M`]. There the tilts are within 19.2°,
+//! the reach between 1.03 m and 1.134 m, legs between 0.99 m and 1.31 m, w1 and w3 within 19.8°, and w2 between
+//! 40.8° and 80.0°: |sin w2| ≥ 0.65. A quarter of the way from the middle of every range to its limits is
+//! left everywhere, also 20 mm into the board, [`WORK_AREA_CLEARANCE_M`] above it, and with the spindle turned
+//! about its own axis by up to half a turn.
 
 mod arm;
 pub(crate) mod assumed;
