@@ -281,7 +281,7 @@ pub const ASSUMED: &[Assumed] = &[
         item: "rnt: greatest current of a motor",
         value: rnt::CURRENT_MA,
         unit: "mA",
-        why: "3 N·m",
+        why: "3 N·m: a third more than the hard limits, friction and 30 kg on one screw take together",
     },
     Assumed {
         item: "rnt: velocity off the switch and on to the index",
