@@ -200,7 +200,7 @@ impl Robot<6> for Rnt {
     }
 
     fn joint_limits_for_planning(&self, factor: VelocityFactor) -> [AxisLimits; 6] {
-        planning::joint_limits(factor)
+        planning::joint_limits(&DESCRIPTION, factor)
     }
 
     fn limits_along(
@@ -209,6 +209,6 @@ impl Robot<6> for Rnt {
         to: &Joints<6>,
         factor: VelocityFactor,
     ) -> Result<Option<AxisLimits>, KinematicError> {
-        planning::limits_along(from, to, factor)
+        planning::limits_along(&DESCRIPTION, from, to, factor)
     }
 }

@@ -16,8 +16,9 @@
 use motion::AxisLimits;
 
 use super::assumed::{BASE_RADIUS_M, TILT_DEGREES, WRIST_RATIO};
-use super::data::{DESCRIPTION, LEG_RAD_PER_M};
+use super::data::LEG_RAD_PER_M;
 use super::tripod::{FEET_M, legs};
+use crate::description::RobotDescription;
 use crate::error::KinematicError;
 use crate::planning::{self, UNLIMITED, VelocityFactor, cap, greatest};
 use crate::space::Joints;
@@ -72,7 +73,7 @@ pub(super) fn motor_slopes() -> [f64; 6] {
 }
 
 /// See [`crate::Robot::joint_limits_for_planning`].
-pub(super) fn joint_limits(factor: VelocityFactor) -> [AxisLimits; 6] {
+pub(super) fn joint_limits(robot: &RobotDescription<6>, factor: VelocityFactor) -> [AxisLimits; 6] {
     let curved = |rates: &[f64; 6]| {
         let mut curved = [0.0; 6];
         for (curved, leg) in curved.iter_mut().zip(&CURVATURES) {
@@ -84,7 +85,7 @@ pub(super) fn joint_limits(factor: VelocityFactor) -> [AxisLimits; 6] {
         }
         curved
     };
-    planning::shared_limits(&DESCRIPTION.axes, &per_joint(), curved, factor)
+    planning::shared_limits(&robot.axes, &per_joint(), curved, factor)
 }
 
 /// See [`crate::Robot::limits_along`].
@@ -96,6 +97,7 @@ pub(super) fn joint_limits(factor: VelocityFactor) -> [AxisLimits; 6] {
 /// [`KinematicError::NotFinite`], or [`KinematicError::Limit`] where the line leaves what is known of the
 /// tripod.
 pub(super) fn limits_along(
+    robot: &RobotDescription<6>,
     from: &Joints<6>,
     to: &Joints<6>,
     factor: VelocityFactor,
@@ -121,7 +123,7 @@ pub(super) fn limits_along(
     let (all, reach) = (dy.abs() + dx.abs() + dr.abs(), dr.abs());
     let third = THIRD * all * all * all + THIRD_REACH * reach * reach * reach;
     let mut limits = UNLIMITED;
-    for (k, (axis, dq)) in DESCRIPTION.axes.iter().zip(direction).enumerate() {
+    for (k, (axis, dq)) in robot.axes.iter().zip(direction).enumerate() {
         let (motor, bend) = match slope.get(k).zip(curvature.get(k)) {
             Some((slope, curvature)) => {
                 let bend = curvature + half_part * third;
@@ -138,6 +140,7 @@ pub(super) fn limits_along(
 #[cfg(test)]
 mod test {
     use super::*;
+    use proptest::prelude::*;
 
     fn raise(most: &mut f64, value: f64) {
         *most = greatest(*most, value.abs());
@@ -218,5 +221,93 @@ mod test {
             reach * 1.03 <= THIRD + THIRD_REACH && THIRD + THIRD_REACH <= reach * 1.5,
             "{reach}"
         );
+    }
+
+    /// The robot with motors and joints so fast that only curvature limits it.
+    fn fast() -> RobotDescription<6> {
+        let mut robot = crate::rnt::data::DESCRIPTION;
+        for axis in &mut robot.axes {
+            axis.hard_limits.velocity = 1e6;
+            axis.planning_limits.velocity = 1e6;
+            axis.joint_velocity = 20.0;
+        }
+        robot
+    }
+
+    /// The share of the hard acceleration left to curvature, m/s² of a leg.
+    fn room(robot: &RobotDescription<6>) -> f64 {
+        let [leg, ..] = robot.axes;
+        planning::CURVATURE_SHARE * leg.hard_limits.acceleration / LEG_RAD_PER_M
+    }
+
+    /// A point of the joints' box from numbers in 0..1.
+    fn inside([y, x, r]: [f64; 3]) -> [f64; 3] {
+        let tilt = |u: f64| (2.0 * u - 1.0) * TILT_DEGREES.to_radians();
+        [tilt(y), tilt(x), 0.8 + 0.6 * r]
+    }
+
+    fn driveable(q: [f64; 3]) -> Option<[super::super::tripod::Leg; 3]> {
+        let legs = legs(q).ok()?;
+        let good = legs.iter().all(|leg| (0.60..=1.60).contains(&leg.length));
+        good.then_some(legs)
+    }
+
+    proptest! {
+        #[test]
+        fn curvature_takes_its_share_of_a_line_and_no_more(
+            from in prop::array::uniform3(0.0..1.0f64), to in prop::array::uniform3(0.0..1.0f64),
+        ) {
+            let (from, to) = (inside(from), inside(to));
+            prop_assume!(driveable(from).is_some() && driveable(to).is_some());
+            let robot = fast();
+            let wide = |[y, x, r]: [f64; 3]| Joints([y, x, r, 0.0, 0.0, 0.0]);
+            let limits = limits_along(&robot, &wide(from), &wide(to), VelocityFactor::FULL);
+            let v = limits.unwrap().unwrap().v;
+            let d: [f64; 3] = core::array::from_fn(|k| to[k] - from[k]);
+            let mut most = 0.0;
+            for step in 0..=400 {
+                let s = f64::from(step) / 400.0;
+                for leg in legs(core::array::from_fn(|k| from[k] + s * d[k])).unwrap() {
+                    raise(&mut most, leg.curvature(&d) * v * v);
+                }
+            }
+            prop_assert!(most <= room(&robot) * (1.0 + 1e-9), "{most}");
+            // a joint's own ceiling, or no less than a third of what there is
+            let ceiling = d.iter().any(|d| (d * v).abs() > 19.99);
+            prop_assert!(ceiling || most > room(&robot) / 3.0, "{most}");
+        }
+
+        #[test]
+        fn curvature_takes_its_share_of_any_motion_and_no_more(
+            at in prop::array::uniform3(0.0..1.0f64), signs in prop::array::uniform3(-1.0..1.0f64),
+        ) {
+            let Some(legs) = driveable(inside(at)) else {
+                return Err(TestCaseError::reject("motor limits"));
+            };
+            let robot = fast();
+            let [y, x, r, ..] = joint_limits(&robot, VelocityFactor::FULL);
+            let [sy, sx, sr] = signs.map(f64::signum);
+            for leg in legs {
+                let bend = leg.curvature(&[sy * y.v, sx * x.v, sr * r.v]).abs();
+                prop_assert!(bend <= room(&robot) * (1.0 + 1e-9), "{bend}");
+            }
+        }
+    }
+
+    #[test]
+    fn curvature_is_the_limit_of_a_fast_robot() {
+        let robot = fast();
+        let [y, x, r, ..] = joint_limits(&robot, VelocityFactor::FULL).map(|limit| limit.v);
+        let rates = [y, x, r];
+        let used = |k: usize| {
+            let rows = CURVATURES[k].map(|row| row[0] * y + row[1] * x + row[2] * r);
+            rows.iter()
+                .zip(rates)
+                .map(|(row, rate)| row * rate)
+                .sum::<f64>()
+        };
+        // the worse legs use all of their share
+        assert!((used(1) / room(&robot) - 1.0).abs() < 1e-9, "{}", used(1));
+        assert!(used(0) < room(&robot));
     }
 }

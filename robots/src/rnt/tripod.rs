@@ -285,7 +285,7 @@ impl Equations {
         Some([ty, tx])
     }
 
-    /// Newton's step for F, and nothing where there is no reach or F' has no inverse.
+    /// Newton's step for F; nothing where there is no reach.
     fn step(&self, tilts: [f64; 2]) -> Option<[f64; 2]> {
         let Platform { sy, cy, sx, cx, r } = self.platform(tilts)?;
         let a = PLATFORM_RADIUS_M;
@@ -299,14 +299,13 @@ impl Equations {
         let yx = sy * (a * cx - 2.0 * r * sx) + 2.0 * sy * cx * r_x;
         let xy = a * sy + 2.0 * sx * r_y;
         let xx = 2.0 * r * cx - a * sx + 2.0 * sx * r_x;
+        // positive with the symmetric part of F'; a reach so short that this is not known is refused in the end
         let determinant = yy * xx - yx * xy;
         let [f_y, f_x] = f;
-        (determinant > 0.0).then(|| {
-            [
-                (yx * f_x - xx * f_y) / determinant,
-                (xy * f_y - yy * f_x) / determinant,
-            ]
-        })
+        Some([
+            (yx * f_x - xx * f_y) / determinant,
+            (xy * f_y - yy * f_x) / determinant,
+        ])
     }
 }
 

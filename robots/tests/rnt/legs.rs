@@ -219,6 +219,21 @@ proptest! {
 }
 
 #[test]
+fn a_platform_just_beyond_the_tilts_is_not_moved_onto_them() {
+    for beyond in [1e-5, 3e-8, 1e-9] {
+        let lengths = distances(FRAC_PI_4 + beyond, 0.1, 1.1);
+        assert_eq!(
+            Rnt.assembled(lengths),
+            Err(KinematicError::Unreachable),
+            "{beyond}"
+        );
+    }
+    // the tilts' bounds themselves are inside, but for rounding
+    Rnt.assembled(distances(FRAC_PI_4 - 1e-13, 0.1, 1.1))
+        .unwrap();
+}
+
+#[test]
 fn impossible_lengths_are_explained() {
     // one leg long, two short
     assert_eq!(

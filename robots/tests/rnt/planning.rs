@@ -248,11 +248,14 @@ fn the_way_from_where_homing_ends_keeps_the_motors_limits() {
 #[test]
 fn a_line_out_of_what_is_known_is_refused() {
     let mut far = HOME;
-    far.0[0] = 0.9;
-    assert!(matches!(
-        Rnt.limits_along(&HOME, &far, VelocityFactor::FULL),
-        Err(KinematicError::Limit { axis: 0, .. })
-    ));
+    // 45.3°: all but the end is inside 45°
+    far.0[0] = 0.79;
+    for (from, to) in [(HOME, far), (far, HOME)] {
+        assert!(matches!(
+            Rnt.limits_along(&from, &to, VelocityFactor::FULL),
+            Err(KinematicError::Limit { axis: 0, .. })
+        ));
+    }
     assert_eq!(
         Rnt.limits_along(&HOME, &HOME, VelocityFactor::FULL),
         Ok(None)
