@@ -95,7 +95,7 @@ pub const ASSUMED: &[Assumed] = &[
         item: "rnt: length of a leg where homing ends, its motor at 0",
         value: rnt::LEG_AT_INDEX_M,
         unit: "m",
-        why: "legs retract to a switch as a real one would; 20 mm are left to the limit",
+        why: "legs retract to a switch as a real one would: 22 mm before the central leg is pushed together",
     },
     Assumed {
         item: "rnt: greatest tilt of the central leg about y and about x, either way",

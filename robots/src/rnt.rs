@@ -26,8 +26,8 @@
 //! Motors 1 to 3 drive the legs at 90°, 210° and 330°: each depends on tilts and reach together, so motor k
 //! is not the motor of joint k. Motors 4 to 6 drive the wrist's joints.
 //!
-//! Motors are 0 where homing ends: legs 0.62 m long, 20 mm from the shortest (no tilt, reach 0.567 m: short
-//! of the least reach of 0.8 m, so the first move out of there is one of motors, not of joints), the wrist
+//! Motors are 0 where homing ends: legs 0.86 m long, 22 mm longer than where the central leg would be pushed
+//! together (no tilt, reach 0.823 m; a single leg gets as short as 0.60 m where the platform tilts), the wrist
 //! 5° from its lower limits. [`HOME`] is a posture to start work from.
 //!
 //! # Work area

@@ -11,7 +11,7 @@ pub(crate) const LEG_SHORTEST_M: f64 = 0.60;
 /// Longest leg, a motor limit, m.
 pub(crate) const LEG_LONGEST_M: f64 = 1.60;
 /// Length of a leg where homing ends, its motor at 0, m.
-pub(crate) const LEG_AT_INDEX_M: f64 = 0.62;
+pub(crate) const LEG_AT_INDEX_M: f64 = 0.86;
 /// Greatest tilt of the central leg about y and about x, either way, °.
 pub(crate) const TILT_DEGREES: f64 = 35.0;
 /// Least reach of the central leg, m.

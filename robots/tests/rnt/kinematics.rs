@@ -69,10 +69,10 @@ fn at_home_the_spindle_points_down() {
     let motors = Rnt.motors(&HOME).unwrap();
     Rnt.check_motors(&motors).unwrap();
     Rnt.check_joints(&HOME).unwrap();
-    // (1.12805 − 0.62) m of 10 mm a turn; six printed digits
+    // (1.12805 − 0.86) m of 10 mm a turn; six printed digits
     for m in &motors.0[..3] {
         assert!(
-            (m - 0.508_051_4 / 0.010 * core::f64::consts::TAU).abs() < 5e-5,
+            (m - 0.268_051_4 / 0.010 * core::f64::consts::TAU).abs() < 5e-5,
             "{m}"
         );
     }
@@ -87,7 +87,8 @@ fn homing_ends_with_the_legs_retracted_and_the_wrist_near_its_lower_limits() {
     let zero = Motors([0.0; 6]);
     Rnt.check_motors(&zero).unwrap();
     let q = Rnt.joints(&zero).unwrap();
-    let reach = libm::sqrt(0.62 * 0.62 - 0.25 * 0.25);
+    Rnt.check_joints(&q).unwrap();
+    let reach = libm::sqrt(0.86 * 0.86 - 0.25 * 0.25);
     let expected = [0.0, 0.0, reach, -165.0, -105.0, -345.0];
     for (k, (q, expected)) in q.0.iter().zip(expected).enumerate() {
         let expected: f64 = expected;
@@ -98,11 +99,11 @@ fn homing_ends_with_the_legs_retracted_and_the_wrist_near_its_lower_limits() {
         };
         assert!((q - expected).abs() < 1e-12, "{k}: {q}");
     }
-    // 20 mm and 5° are left to the lower limits, 0.98 m to the upper ones
+    // from there to the limits: legs from 0.60 m to 1.60 m, the wrist from 5° below
     for (k, axis) in Rnt.description().axes.iter().enumerate() {
         let range = axis.motor_position;
         let (lower, upper) = match k {
-            0..3 => (-0.02, 0.98),
+            0..3 => (-0.26, 0.74),
             3 => (-5.0, 335.0),
             4 => (-5.0, 215.0),
             _ => (-5.0, 695.0_f64),
@@ -114,6 +115,17 @@ fn homing_ends_with_the_legs_retracted_and_the_wrist_near_its_lower_limits() {
         };
         assert!((range.lower - lower * scale).abs() < 1e-9, "{k} {range:?}");
         assert!((range.upper - upper * scale).abs() < 1e-9, "{k} {range:?}");
+    }
+}
+
+#[test]
+fn the_straight_way_of_the_motors_from_homing_to_home_is_free() {
+    let home = Rnt.motors(&HOME).unwrap();
+    for step in 0..=100 {
+        let on_way = Motors(home.0.map(|m| m * f64::from(step) / 100.0));
+        let joints = Rnt.joints(&on_way).unwrap();
+        Rnt.check_joints(&joints).unwrap();
+        Rnt.check_motors(&on_way).unwrap();
     }
 }
 

@@ -235,7 +235,6 @@ fn what_moves_the_legs_shares_them_and_the_wrist_keeps_all() {
 
 #[test]
 fn the_way_from_where_homing_ends_keeps_the_motors_limits() {
-    // outside the joints' limits, but within what is known of the tripod
     let parked = Rnt.joints(&Motors([0.0; 6])).unwrap();
     let (motors, ceilings) = use_along(&parked, &HOME, VelocityFactor::FULL, [1.0; 3]);
     assert!(within_shares(motors), "{motors:?}");

@@ -20,7 +20,7 @@ proptest! {
         // 1e-12 m at 628 rad/m
         prop_assert!(apart(&m.0, &again.0) < 1e-9, "{m:?} {again:?}");
         for (m, l) in m.0.iter().zip(distances(q.0[0], q.0[1], q.0[2])) {
-            prop_assert!((m - (l - 0.62) / 0.010 * core::f64::consts::TAU).abs() < 1e-9);
+            prop_assert!((m - (l - 0.86) / 0.010 * core::f64::consts::TAU).abs() < 1e-9);
         }
     }
 
