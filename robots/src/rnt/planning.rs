@@ -272,9 +272,10 @@ mod test {
                 }
             }
             prop_assert!(most <= room(&robot) * (1.0 + 1e-9), "{most}");
-            // a joint's own ceiling, or no less than a third of what there is
+            // a joint's own ceiling, or a sixth of what there is: at most 2.5 times too slow, where a long
+            // line bends little and the bound of the third derivative is most of the bound
             let ceiling = d.iter().any(|d| (d * v).abs() > 19.99);
-            prop_assert!(ceiling || most > room(&robot) / 3.0, "{most}");
+            prop_assert!(ceiling || most > room(&robot) / 6.0, "{most}");
         }
 
         #[test]
