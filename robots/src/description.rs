@@ -53,6 +53,13 @@ pub enum Reference {
         /// rad.
         offset: f64,
     },
+    /// A leg between the base and a moving platform: x is its length less `reference_length_m`. Several
+    /// joints change it, by a function that the robot's own code knows; the description alone does not
+    /// lead from joints to motors here.
+    Leg {
+        /// Length of the leg where the motor stands at its synchronisation offset, m.
+        reference_length_m: f64,
+    },
 }
 
 /// How the motor of an axis drives its gear coordinate x. Travel is the motor angle from

@@ -13,7 +13,7 @@ pub enum Quantity {
     /// pass its dead centre.
     ScrewAngle,
     /// The length of a ball screw between its pivots, mm; outside its bounds the triangle does not
-    /// close.
+    /// close, or a leg is off its screw.
     ScrewLength,
 }
 
@@ -40,7 +40,7 @@ pub enum KinematicError {
         /// The greatest entry of |`RᵀR − I`|, or 2 for a left-handed frame.
         deviation: f64,
     },
-    /// No configuration of the links reaches the pose.
+    /// No configuration of the links reaches the pose, or joins legs of the lengths the motors give.
     Unreachable,
     /// The solutions form a continuum, and the one that keeps the free joint where it is does not
     /// exist.
@@ -84,7 +84,10 @@ impl fmt::Display for KinematicError {
                 f,
                 "the rotation is not orthonormal and right-handed (off by {deviation:e})"
             ),
-            Self::Unreachable => write!(f, "no configuration of the links reaches the pose"),
+            Self::Unreachable => write!(
+                f,
+                "no configuration of the links reaches the pose or joins the legs"
+            ),
             Self::Singular => write!(f, "singular: no solution keeps the free joint where it is"),
             Self::Limit {
                 axis,

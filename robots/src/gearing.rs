@@ -10,6 +10,9 @@
 //! ```
 //!
 //! where m' > 0 everywhere between the dead centres.
+//!
+//! Where the gear drives a leg of a platform ([`Reference::Leg`]), the functions here take and give the
+//! leg's length, m, in the place of the joint: what joints have to do with it is the robot's own code.
 
 use crate::description::{AxisDescription, Gearing, Reference, RobotDescription};
 use crate::error::KinematicError;
@@ -52,6 +55,7 @@ pub(crate) fn gear_positions<const N: usize>(
         *x = match axis.reference {
             Reference::Joint => *q,
             Reference::ArmPlane { offset } => q + previous + offset,
+            Reference::Leg { reference_length_m } => q - reference_length_m,
         };
         previous = *x;
     }
@@ -67,7 +71,7 @@ pub(crate) fn gear_rates<const N: usize>(
     let mut previous = 0.0;
     for ((x, q), axis) in x.iter_mut().zip(rates).zip(&robot.axes) {
         *x = match axis.reference {
-            Reference::Joint => *q,
+            Reference::Joint | Reference::Leg { .. } => *q,
             Reference::ArmPlane { .. } => q + previous,
         };
         previous = *x;
@@ -115,6 +119,7 @@ pub(crate) fn joints<const N: usize>(
         *q = match axis.reference {
             Reference::Joint => x,
             Reference::ArmPlane { offset } => x - previous_x - offset,
+            Reference::Leg { reference_length_m } => x + reference_length_m,
         };
         (previous_travel, previous_x) = (travel, x);
     }
@@ -189,7 +194,7 @@ pub(crate) fn joint_motion<const N: usize>(
             }
         };
         (*dq, *ddq) = match axis.reference {
-            Reference::Joint => (dx, ddx),
+            Reference::Joint | Reference::Leg { .. } => (dx, ddx),
             Reference::ArmPlane { .. } => (dx - previous_x.0, ddx - previous_x.1),
         };
         (previous_m, previous_x) = ((dm, ddm), (dx, ddx));

@@ -26,9 +26,9 @@
 //!
 //! with d0 the track's position (0 on the postument). At t4 = t5 = t6 = 0 the flange's A is along y.
 
-mod arm;
+pub(crate) mod arm;
 pub(crate) mod data;
-mod inverse;
+pub(crate) mod inverse;
 mod postument;
 mod track;
 

@@ -12,7 +12,7 @@
 //! no such care: the planning jerk is a 40th of the hard limit and the two curvature terms, bounded by
 //! the velocities and accelerations above, stay below a tenth as well (a test holds them to it).
 
-use crate::description::{Gearing, Range, Reference, RobotDescription};
+use crate::description::{AxisDescription, Gearing, Range, Reference, RobotDescription};
 use crate::error::KinematicError;
 use crate::gearing::{at_axis, finite, gear_positions, gear_rates};
 use crate::screw::ScrewTriangle;
@@ -54,11 +54,11 @@ impl Default for VelocityFactor {
     }
 }
 
-fn least(a: f64, b: f64) -> f64 {
+pub(crate) fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-fn greatest(a: f64, b: f64) -> f64 {
+pub(crate) fn greatest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
@@ -92,7 +92,7 @@ fn transmissions<const N: usize>(robot: &RobotDescription<N>) -> [Transmission; 
     for (out, axis) in found.iter_mut().zip(&robot.axes) {
         let joint = axis.joint_position;
         let reach = match axis.reference {
-            Reference::Joint => joint,
+            Reference::Joint | Reference::Leg { .. } => joint,
             Reference::ArmPlane { offset } => Range {
                 lower: joint.lower + previous.lower + offset,
                 upper: joint.upper + previous.upper + offset,
@@ -206,13 +206,24 @@ pub(crate) fn joint_limits<const N: usize>(
         let only = core::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
         motor_bounds(robot, &transmissions, &only).0
     });
-    let axes = robot.axes;
+    let curved = |rates: &[f64; N]| motor_bounds(robot, &transmissions, rates).1;
+    shared_limits(&robot.axes, &per_joint, curved, factor)
+}
+
+/// What every joint may use when all move at once; `per_joint[j][k]` is C(k, j), and `curved` gives the
+/// bound of |Σ ∂²m/∂q∂q·q̇·q̇| of every motor for joints no faster than its argument.
+pub(crate) fn shared_limits<const N: usize>(
+    axes: &[AxisDescription; N],
+    per_joint: &[[f64; N]; N],
+    curved: impl Fn(&[f64; N]) -> [f64; N],
+    factor: VelocityFactor,
+) -> [AxisLimits; N] {
     let velocity = share(
-        &per_joint,
+        per_joint,
         axes.map(|a| a.joint_velocity),
         &axes.map(|a| velocity_budget(&a, factor)),
     );
-    let (_, curved) = motor_bounds(robot, &transmissions, &velocity);
+    let curved = curved(&velocity);
     let mut slow_down = axes.map(|a| CURVATURE_SHARE * a.hard_limits.acceleration);
     for (factor, curved) in slow_down.iter_mut().zip(curved) {
         *factor = if curved > *factor {
@@ -221,14 +232,14 @@ pub(crate) fn joint_limits<const N: usize>(
             1.0
         };
     }
-    let velocity = scaled(&per_joint, velocity, slow_down);
+    let velocity = scaled(per_joint, velocity, slow_down);
     let acceleration = share(
-        &per_joint,
+        per_joint,
         axes.map(|a| a.joint_acceleration),
         &axes.map(|a| a.planning_limits.acceleration),
     );
     let jerk = share(
-        &per_joint,
+        per_joint,
         [f64::INFINITY; N],
         &axes.map(|a| a.planning_limits.jerk),
     );
@@ -247,7 +258,7 @@ pub(crate) fn joint_limits<const N: usize>(
 }
 
 /// What a plan may ask of a motor, rad/s.
-fn velocity_budget(axis: &crate::AxisDescription, factor: VelocityFactor) -> f64 {
+fn velocity_budget(axis: &AxisDescription, factor: VelocityFactor) -> f64 {
     least(
         axis.planning_limits.velocity,
         VELOCITY_SHARE * factor.value() * axis.hard_limits.velocity,
@@ -264,23 +275,12 @@ pub(crate) fn limits_along<const N: usize>(
     to: &Joints<N>,
     factor: VelocityFactor,
 ) -> Result<Option<AxisLimits>, KinematicError> {
-    finite(&from.0)?;
-    finite(&to.0)?;
-    let mut direction = to.0;
-    for (d, from) in direction.iter_mut().zip(from.0) {
-        *d -= from;
-    }
-    finite(&direction)?;
-    if direction.iter().all(|d| *d == 0.0) {
+    let Some(direction) = direction(from, to)? else {
         return Ok(None);
-    }
+    };
     let (start, end) = (gear_positions(robot, &from.0), gear_positions(robot, &to.0));
     let along = gear_rates(robot, &direction);
-    let mut limits = AxisLimits {
-        v: f64::INFINITY,
-        a: f64::INFINITY,
-        j: f64::INFINITY,
-    };
+    let mut limits = UNLIMITED;
     let mut previous = (0.0, 0.0);
     for (k, (((axis, dq), dx), (a, b))) in robot
         .axes
@@ -305,20 +305,53 @@ pub(crate) fn limits_along<const N: usize>(
             }
         };
         let slope = greatest(previous.0.abs(), previous.1.abs());
-        let cap = |limit: &mut f64, budget: f64, by: f64| {
-            if by > 0.0 {
-                *limit = least(*limit, budget / by);
-            }
-        };
-        cap(&mut limits.v, velocity_budget(axis, factor), slope);
-        cap(&mut limits.v, axis.joint_velocity, dq.abs());
-        let room = CURVATURE_SHARE * axis.hard_limits.acceleration;
-        cap(&mut limits.v, libm::sqrt(room), libm::sqrt(curvature));
-        cap(&mut limits.a, axis.planning_limits.acceleration, slope);
-        cap(&mut limits.a, axis.joint_acceleration, dq.abs());
-        cap(&mut limits.j, axis.planning_limits.jerk, slope);
+        cap(&mut limits, axis, factor, [slope, curvature, dq]);
     }
     Ok(Some(limits))
+}
+
+/// No limits of a path parameter yet.
+pub(crate) const UNLIMITED: AxisLimits = AxisLimits {
+    v: f64::INFINITY,
+    a: f64::INFINITY,
+    j: f64::INFINITY,
+};
+
+/// to − from, or nothing where they are equal.
+pub(crate) fn direction<const N: usize>(
+    from: &Joints<N>,
+    to: &Joints<N>,
+) -> Result<Option<[f64; N]>, KinematicError> {
+    finite(&from.0)?;
+    finite(&to.0)?;
+    let mut direction = to.0;
+    for (d, from) in direction.iter_mut().zip(from.0) {
+        *d -= from;
+    }
+    finite(&direction)?;
+    Ok(direction.iter().any(|d| *d != 0.0).then_some(direction))
+}
+
+/// Lowers the limits of a path parameter s to what an axis allows, from the bounds of |dm/ds| and
+/// |d²m/ds²| of its motor, both ≥ 0, and dq/ds of its joint.
+pub(crate) fn cap(
+    limits: &mut AxisLimits,
+    axis: &AxisDescription,
+    factor: VelocityFactor,
+    [slope, curvature, dq]: [f64; 3],
+) {
+    let cap = |limit: &mut f64, budget: f64, by: f64| {
+        if by > 0.0 {
+            *limit = least(*limit, budget / by);
+        }
+    };
+    cap(&mut limits.v, velocity_budget(axis, factor), slope);
+    cap(&mut limits.v, axis.joint_velocity, dq.abs());
+    let room = CURVATURE_SHARE * axis.hard_limits.acceleration;
+    cap(&mut limits.v, libm::sqrt(room), libm::sqrt(curvature));
+    cap(&mut limits.a, axis.planning_limits.acceleration, slope);
+    cap(&mut limits.a, axis.joint_acceleration, dq.abs());
+    cap(&mut limits.j, axis.planning_limits.jerk, slope);
 }
 
 #[cfg(test)]

@@ -118,8 +118,8 @@ pub trait Robot<const N: usize> {
     /// Joint positions of motor angles. Position limits are not checked.
     ///
     /// # Errors
-    /// [`KinematicError::NotFinite`], or [`KinematicError::Limit`] where a screw triangle does not
-    /// close.
+    /// [`KinematicError::NotFinite`], [`KinematicError::Limit`] where a screw triangle does not close or a
+    /// leg is off its screw, or [`KinematicError::Unreachable`] where no platform joins the legs.
     fn joints(&self, motors: &Motors<N>) -> Result<Joints<N>, KinematicError> {
         gearing::joints(self.description(), motors)
     }
@@ -128,7 +128,7 @@ pub trait Robot<const N: usize> {
     ///
     /// # Errors
     /// [`KinematicError::NotFinite`], or [`KinematicError::Limit`] beyond the dead centre of a
-    /// screw triangle.
+    /// screw triangle, or where a platform is tilted or legs are long beyond what is known of them.
     fn motors(&self, joints: &Joints<N>) -> Result<Motors<N>, KinematicError> {
         gearing::motors(self.description(), joints)
     }

@@ -26,17 +26,17 @@ impl Angles {
 }
 
 /// Z(t) from sine and cosine.
-pub(super) fn about_z(s: f64, c: f64) -> Matrix3<f64> {
+pub(crate) fn about_z(s: f64, c: f64) -> Matrix3<f64> {
     Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
 /// Y(t) from sine and cosine.
-pub(super) fn about_y(s: f64, c: f64) -> Matrix3<f64> {
+pub(crate) fn about_y(s: f64, c: f64) -> Matrix3<f64> {
     Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
 }
 
 /// X(t) from sine and cosine.
-pub(super) fn about_x(s: f64, c: f64) -> Matrix3<f64> {
+pub(crate) fn about_x(s: f64, c: f64) -> Matrix3<f64> {
     Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
 }
 

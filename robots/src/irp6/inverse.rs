@@ -43,7 +43,7 @@ const ON_AXIS_M: f64 = 1e-9;
 /// Below this sine of t5 the wrist is singular: keeping T costs less orientation than this.
 const SINGULAR_SINE: f64 = 1e-9;
 /// A solution this little outside its range is put on the bound, rad.
-const LIMIT_SLACK: f64 = 1e-9;
+pub(crate) const LIMIT_SLACK: f64 = 1e-9;
 /// Greatest deviation of `RᵀR` from I that still counts as a rotation written with few digits.
 const ROTATION_SLACK: f64 = 1e-6;
 /// How well a branch must reproduce the pose, m and 1. Above the two slacks, which it has to allow.
@@ -282,7 +282,7 @@ impl Search<'_> {
 }
 
 /// The nearest rotation, or an error when there is none near.
-fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicError> {
+pub(crate) fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicError> {
     finite(r.as_slice())?;
     let off = r.transpose() * r - Matrix3::identity();
     let deviation = off.iter().fold(
@@ -338,6 +338,6 @@ fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
 }
 
 /// `angle` plus the whole number of turns that brings it nearest to `to`.
-fn wrapped(angle: f64, to: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64, to: f64) -> f64 {
     angle - TURN * libm::round((angle - to) / TURN)
 }
