@@ -129,6 +129,13 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         &self.drives
     }
 
+    /// Drive the outputs at the tool, which are those of the last axis' drive.
+    pub fn drive_outputs(&mut self, levels: u16) {
+        if let Some(link) = self.drives.link_mut(N.saturating_sub(1)) {
+            link.set_outputs(levels);
+        }
+    }
+
     /// Greatest following error of each axis since the last call, drive units.
     pub fn take_following_errors(&mut self) -> [u32; N] {
         let mut out = [0; N];

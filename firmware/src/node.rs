@@ -56,6 +56,8 @@ pub struct Node<R, const N: usize, P = NoPrograms> {
     sampled_at: Micros,
     ending: bool,
     alone_since: Option<Micros>,
+    /// Levels of the outputs at the tool.
+    outputs: u16,
     trace_every: u16,
     announced: bool,
     events: heapless::Deque<Event, EVENTS>,
@@ -104,6 +106,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             sampled_at: now,
             ending: false,
             alone_since: None,
+            outputs: 0,
             trace_every: 0,
             announced: false,
             events: heapless::Deque::new(),
@@ -189,7 +192,21 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         }
         self.edp.servo(now, tx);
         self.after_fault();
+        self.drive_outputs();
         self.report(now, tx);
+    }
+
+    /// The outputs are off without torque, with a latched fault, and at rest without a master.
+    fn drive_outputs(&mut self) {
+        let on = match self.edp.mode() {
+            Mode::Resting(_) => self.session.epoch() != 0,
+            Mode::Moving { .. } | Mode::Stopping { .. } | Mode::Synchronising => true,
+            _ => false,
+        };
+        if !on {
+            self.outputs = 0;
+        }
+        self.edp.drive_outputs(self.outputs);
     }
 
     /// A stop or fault ends the running instruction.
@@ -481,6 +498,16 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             Request::FeedOverride { epoch, share } => {
                 holder(&self.session, *epoch)?;
                 self.ecp.override_feed(*share)?;
+            }
+            Request::Outputs { epoch, mask, on } => {
+                holder(&self.session, *epoch)?;
+                self.unlatched()?;
+                let Mode::Resting(_) = self.edp.mode() else {
+                    return Err(Refusal::WrongState {
+                        state: self.state(),
+                    });
+                };
+                self.outputs = self.outputs & !mask | on & mask;
             }
             Request::Trace { epoch, every } => {
                 holder(&self.session, *epoch)?;

@@ -26,6 +26,10 @@ pub trait Observer {
     fn frame(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
         let _ = (bus, at_ns, frame);
     }
+    /// The levels of the outputs at a robot's tool at a SYNC of its node, before [`Observer::motors`].
+    fn outputs(&mut self, station: usize, at_ns: u64, levels: u16) {
+        let _ = (station, at_ns, levels);
+    }
     /// The true motor angles (rad) of a robot at a SYNC of its node.
     fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
         let _ = (station, at_ns, motor_rad);
@@ -339,6 +343,7 @@ impl Cell {
             });
             place.rx.clear();
             if synced {
+                observer.outputs(k, *now_ns, place.robot.outputs());
                 observer.motors(k, *now_ns, place.robot.motor_rad());
             }
         }

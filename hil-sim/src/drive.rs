@@ -32,7 +32,9 @@ mod report;
 mod servo;
 mod slots;
 
-use protocol::canopen::cia402::{AbortConnection, Controlword, Mode, Options, Power, PowerState};
+use protocol::canopen::cia402::{
+    AbortConnection, Controlword, Mode, Options, Power, PowerState, output,
+};
 use protocol::canopen::emcy::{ErrorCode, ErrorRegister};
 use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
 use protocol::canopen::node::NodeId;
@@ -232,6 +234,13 @@ impl SimDrive {
     #[must_use]
     pub const fn position_units(&self) -> i64 {
         self.scale.units(self.sensed.count)
+    }
+
+    /// The levels of the tool's outputs (object 60FE).
+    #[must_use]
+    pub fn outputs(&self) -> u16 {
+        let driven = self.od.get(slots::DIGITAL_OUTPUTS) & self.od.get(slots::DIGITAL_OUTPUT_MASK);
+        output::tool(driven)
     }
 
     /// Puts a fault in, or takes all faults out. Faults of receptors are the plant's.

@@ -387,7 +387,19 @@ pub enum Request {
         /// From -1 (back along the path) over 0 (feed hold) to 1.
         share: f32,
     },
+    /// Switch digital outputs. A fault, torque off or a lost lease switches all of them off.
+    Outputs {
+        /// The epoch of the lease.
+        epoch: u32,
+        /// The outputs that change.
+        mask: u16,
+        /// Those of them that are switched on; [`OUTPUT_SPINDLE`] and the like.
+        on: u16,
+    },
 }
+
+/// The output of a tool's spindle.
+pub const OUTPUT_SPINDLE: u16 = 1;
 
 /// The longest robot name, bytes.
 pub const MAX_NAME: usize = 24;

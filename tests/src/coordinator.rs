@@ -88,6 +88,12 @@ impl Coordinator {
         self.feedback.as_ref().map(|f| f.state)
     }
 
+    /// The epoch of its lease.
+    #[must_use]
+    pub const fn epoch(&self) -> u32 {
+        self.epoch
+    }
+
     /// One cyclic message, and its macrostep.
     ///
     /// # Panics

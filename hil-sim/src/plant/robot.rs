@@ -149,6 +149,12 @@ impl SimRobot {
         self.axes.get(axis).map(|axis| &axis.plant)
     }
 
+    /// The levels of the tool's outputs: those of the last axis' drive.
+    #[must_use]
+    pub fn outputs(&self) -> u16 {
+        self.axes.last().map_or(0, |axis| axis.drive.outputs())
+    }
+
     /// Puts a fault into an axis, or takes its faults out. `false` if there is no such axis.
     pub fn inject(&mut self, axis: usize, fault: Option<DriveFault>) -> bool {
         let Some(axis) = self.axes.get_mut(axis) else {

@@ -72,6 +72,15 @@ pub fn select_servo(robot: usize, law: ServoLaw) -> BoxedBehaviour {
     )])))
 }
 
+/// Switch digital outputs of a robot at rest.
+#[must_use]
+pub fn outputs(robot: usize, mask: u16, on: u16) -> BoxedBehaviour {
+    Box::new(Move::new(Ask::new(vec![(
+        robot,
+        RobotCommand::Outputs { mask, on },
+    )])))
+}
+
 /// Have robots publish their demand every `every`-th servo step; 0 = never.
 #[must_use]
 pub fn trace(robots: &[usize], every: u16) -> BoxedBehaviour {

@@ -61,6 +61,13 @@ pub enum RobotCommand {
     },
     /// The feed rate on a path, as a share of the programmed one: -1 to 1.
     FeedOverride(f32),
+    /// Digital outputs, only at rest.
+    Outputs {
+        /// Those that change.
+        mask: u16,
+        /// Those of them that are switched on.
+        on: u16,
+    },
 }
 
 /// `yC_0`: at most one command per robot.

@@ -58,6 +58,8 @@ pub enum Asked {
     Path,
     /// The feed rate.
     FeedOverride,
+    /// Digital outputs.
+    Outputs,
 }
 
 impl fmt::Display for Asked {

@@ -56,6 +56,7 @@ const fn asked(request: &Request) -> Asked {
         Request::Trace { .. } => Asked::Trace,
         Request::Path { .. } => Asked::Path,
         Request::FeedOverride { .. } => Asked::FeedOverride,
+        Request::Outputs { .. } => Asked::Outputs,
     }
 }
 
@@ -150,6 +151,7 @@ impl Transport {
                 elements,
             },
             RobotCommand::FeedOverride(share) => Request::FeedOverride { epoch, share },
+            RobotCommand::Outputs { mask, on } => Request::Outputs { epoch, mask, on },
         };
         image.request = State::Pending {
             asked: asked(&request),

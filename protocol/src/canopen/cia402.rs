@@ -111,6 +111,21 @@ impl Mode {
 /// Supported modes (object 6502): homing, csp, csv, cst.
 pub const SUPPORTED_MODES: u32 = 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9;
 
+/// Digital outputs, object 60FE: the upper half is the manufacturer's, here the tool's.
+pub mod output {
+    /// The object's value for these levels of the tool's outputs.
+    #[must_use]
+    pub const fn levels(tool: u16) -> u32 {
+        (tool as u32) << 16
+    }
+
+    /// The levels of the tool's outputs in the object's value.
+    #[must_use]
+    pub const fn tool(levels: u32) -> u16 {
+        (levels >> 16) as u16
+    }
+}
+
 /// Bits of the digital inputs, object 60FD.
 pub mod input {
     /// Negative limit switch.

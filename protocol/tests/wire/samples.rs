@@ -3,9 +3,9 @@
 use protocol::fault::{Cause, Fault, PathProblem, Quantity, Refusal};
 use protocol::message::{
     AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, Event, Feedback, HomingPhase,
-    Identity, Instruction, KnotMessage, NodeState, PathElement, PoseMessage, PosePath,
-    PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space, StopAll, StopKind,
-    TimeSync, WireCondition,
+    Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE, PathElement, PoseMessage,
+    PosePath, PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space, StopAll,
+    StopKind, TimeSync, WireCondition,
 };
 use protocol::time::Micros;
 
@@ -305,7 +305,7 @@ fn path_elements() -> Named<PathElement> {
     ]
 }
 
-/// What is asked while a path is followed.
+/// What is asked while a path is followed, and around it.
 fn path_requests(epoch: u32) -> Named<Request> {
     let path = |elements: &[PathElement]| Request::Path {
         epoch,
@@ -325,6 +325,14 @@ fn path_requests(epoch: u32) -> Named<Request> {
             .into_iter()
             .map(|(name, e)| (name, path(&[e]))),
     );
+    requests.push((
+        "outputs",
+        Request::Outputs {
+            epoch,
+            mask: 0x0103,
+            on: OUTPUT_SPINDLE,
+        },
+    ));
     requests.push(("path-full", path(&all)));
     requests
 }

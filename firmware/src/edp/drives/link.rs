@@ -59,6 +59,7 @@ enum Acyclic {
     AwaitIndex,
     ReadIndex,
     SetMode(i8),
+    SetOutputs(u16),
 }
 
 /// Values that every drive is asked for: (index, sub).
@@ -88,6 +89,8 @@ pub struct DriveLink {
     index: Option<i32>,
     rated_torque_mnm: u32,
     mode: i8,
+    /// Levels of the digital outputs: wanted, and confirmed by the drive.
+    outputs: [u16; 2],
 }
 
 impl DriveLink {
@@ -112,6 +115,7 @@ impl DriveLink {
             index: None,
             rated_torque_mnm: 0,
             mode: setup.mode,
+            outputs: [0; 2],
         }
     }
 
@@ -187,6 +191,12 @@ impl DriveLink {
             self.index = None;
         }
         self.task = Some(task);
+    }
+
+    /// Drive the digital outputs to these levels, as soon as the SDO channel is free.
+    pub const fn set_outputs(&mut self, levels: u16) {
+        let [wanted, _] = &mut self.outputs;
+        *wanted = levels;
     }
 
     /// Did it restart by itself? Its position count is then worth nothing.
@@ -356,6 +366,11 @@ impl DriveLink {
                 self.mode = mode;
                 Acyclic::Idle
             }
+            Acyclic::SetOutputs(levels) => {
+                let [_, confirmed] = &mut self.outputs;
+                *confirmed = levels;
+                Acyclic::Idle
+            }
             Acyclic::Idle | Acyclic::AwaitIndex => Acyclic::Idle,
         };
     }
@@ -435,6 +450,10 @@ impl DriveLink {
                 Task::SetMode(mode) => Acyclic::SetMode(mode),
             };
         }
+        let [wanted, confirmed] = self.outputs;
+        if self.acyclic == Acyclic::Idle && wanted != confirmed {
+            self.acyclic = Acyclic::SetOutputs(wanted);
+        }
         if self.acyclic == Acyclic::AwaitIndex && self.probe & cia402::probe::POSITIVE_STORED != 0 {
             self.acyclic = Acyclic::ReadIndex;
         }
@@ -463,6 +482,11 @@ impl DriveLink {
             Acyclic::SetMode(mode) => {
                 let [mode] = mode.to_le_bytes();
                 write(&mut self.sdo, index::MODE, Value::byte(mode))
+            }
+            Acyclic::SetOutputs(levels) => {
+                let value = Value::word(cia402::output::levels(levels));
+                let at = Address::new(index::DIGITAL_OUTPUTS, 1);
+                self.sdo.download(now, at, value.data()).ok()
             }
         }
     }

@@ -122,6 +122,8 @@ pub const FOLLOWING_ERROR: u16 = 0x60F4;
 pub const POSITION_DEMAND_INCREMENTS: u16 = 0x60FC;
 /// Digital inputs.
 pub const DIGITAL_INPUTS: u16 = 0x60FD;
+/// Digital outputs: levels and which of them are driven.
+pub const DIGITAL_OUTPUTS: u16 = 0x60FE;
 /// Target velocity, units/s.
 pub const TARGET_VELOCITY: u16 = 0x60FF;
 /// Supported drive modes.

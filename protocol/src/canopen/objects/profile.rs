@@ -9,7 +9,7 @@ use super::DataType::{I8, I16, I32, U8, U16, U32};
 use super::Mappable::{Both, No, Transmit};
 use super::Object;
 
-pub(super) const COUNT: usize = 66;
+pub(super) const COUNT: usize = 69;
 
 pub(super) const TABLE: [Object; COUNT] = [
     Object::number(0x6007, 0, "Abort connection option code", I16, Write, No, 3),
@@ -184,6 +184,17 @@ pub(super) const TABLE: [Object; COUNT] = [
         0,
     ),
     Object::number(0x60FD, 0, "Digital inputs", U32, Read, Transmit, 0),
+    Object::count(0x60FE, 2),
+    Object::number(0x60FE, 1, "Digital outputs: levels", U32, Write, Both, 0),
+    Object::number(
+        0x60FE,
+        2,
+        "Digital outputs: bit mask",
+        U32,
+        Write,
+        No,
+        0xFFFF_0000,
+    ),
     Object::number(0x60FF, 0, "Target velocity", I32, Write, Both, 0),
     Object::number(
         0x6502,

@@ -94,6 +94,7 @@ impl Peer {
             }
             Request::SelectServo { epoch, .. }
             | Request::SetTool { epoch, .. }
+            | Request::Outputs { epoch, .. }
             | Request::Trace { epoch, .. } => self.authorise(from, epoch)?,
         }
         Ok(Reply::Accepted)
