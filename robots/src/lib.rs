@@ -44,6 +44,7 @@
 
 pub mod assumed;
 pub mod description;
+pub mod dynamics;
 pub mod error;
 mod gearing;
 pub mod irp6;
