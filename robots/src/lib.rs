@@ -53,6 +53,7 @@ mod registry;
 mod robot;
 mod screw;
 mod space;
+pub mod urdf;
 
 pub use assumed::{ASSUMED, Assumed};
 pub use description::{AxisDescription, Gearing, JointKind, Range, Reference, RobotDescription};

@@ -1,11 +1,12 @@
 //! Rigid-body dynamics of the chains, without another program: `oracles/` compares with Pinocchio and
-//! MuJoCo.
+//! `MuJoCo`.
 
 mod chains;
 mod energy;
 mod equations;
 mod motors;
 mod shapes;
+mod urdf;
 
 use proptest::prelude::*;
 use robots::Joints;
