@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`Posture::inverse_dynamics`], [`Posture::gravity_torques`], [`Posture::bias_torques`] | recursive Newton–Euler |
 //! | [`Posture::mass_matrix`] | composite rigid body |
-//! | [`Posture::forward_dynamics`] | both, and a factorisation Lᵀ·D·L |
+//! | [`Posture::forward_dynamics`] | both, and a factorisation L·D·Lᵀ |
 //! | [`Posture::link_poses`], [`Posture::flange`], [`Posture::jacobian`] | products of frames |
 //! | [`Posture::kinetic_energy`], [`Posture::potential_energy`] | sums over the links |
 //!
