@@ -14,6 +14,13 @@ import venv
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 FOLDER = ROOT / "target" / "oracles"
+# what Pinocchio's own CMake files define
+DEFINITIONS = [
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
+]
 PACKAGES = ["pin==4.1.0", "cmeel-eigen==3.4.1", "mujoco==4.0.0"]
 
 
@@ -64,12 +71,16 @@ def cost(python, chain):
     done = subprocess.run([python, "-c", where], capture_output=True, text=True, check=True)
     prefix = done.stdout.strip()
     program = FOLDER / "cost"
-    compile_it = [compiler, "-std=c++17", "-O3", "-DNDEBUG", HERE / "cost.cpp", "-o", program]
+    source = HERE / "cost.cpp"
+    compile_it = [compiler, "-std=c++17", "-O3", "-DNDEBUG", *DEFINITIONS, source, "-o", program]
     compile_it += ["-I", f"{prefix}/include", "-I", f"{prefix}/include/eigen3"]
-    done = subprocess.run(compile_it, capture_output=True, text=True)
-    if done.returncode != 0:
-        print(f"cost SKIPPED: cost.cpp does not compile: {done.stderr.strip().splitlines()[:1]}")
-        return
+    if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
+        print("compiling Pinocchio: minutes", flush=True)
+        done = subprocess.run(compile_it, capture_output=True, text=True)
+        if done.returncode != 0:
+            errors = [line for line in done.stderr.splitlines() if "error" in line] or [done.stderr]
+            print(f"cost SKIPPED: cost.cpp does not compile: {errors[0][:200]}")
+            return
     ours = example("dynamics_cost")
     theirs_by, ours_by = ({}, {})
     for _ in range(5):

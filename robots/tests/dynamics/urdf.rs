@@ -85,7 +85,7 @@ fn every_element_is_closed_and_every_link_has_one_joint() {
 fn the_effort_is_the_drive_at_its_trip_through_its_gear() {
     let [track, column, ..] = joint_limits(Irp6Track.description(), &Irp6Track.motor_slopes());
     // 25 A and 15 A at 0.105 N·m/A; 1570.8 rad/m and 158
-    assert!((track.effort - 25.0 * 0.105 * 1570.796_326_794_896_6).abs() < 1e-9);
+    assert!((track.effort - 25.0 * 0.105 * 1_570.796_326_794_896_6).abs() < 1e-9);
     assert!((column.effort - 15.0 * 0.105 * 158.0).abs() < 1e-9);
     assert!(track.velocity > 0.0 && track.position.lower < track.position.upper);
 }
