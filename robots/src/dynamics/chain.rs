@@ -143,13 +143,11 @@ impl<const N: usize> Chain<N> {
     /// The chain at joint positions, rad or m: every sine and cosine is taken here, once.
     #[must_use]
     pub fn at(&self, joints: &Joints<N>) -> Posture<'_, N> {
-        let mut placed = [Placed {
-            axes: IDENTITY,
-            offset: [0.0; 3],
-        }; N];
-        for ((placed, link), q) in placed.iter_mut().zip(&self.links).zip(joints.0) {
-            *placed = link.placed(q);
-        }
+        let mut joints = joints.0.into_iter();
+        let placed = self
+            .links
+            .each_ref()
+            .map(|link| link.placed(joints.next().unwrap_or(0.0)));
         Posture {
             chain: self,
             placed,

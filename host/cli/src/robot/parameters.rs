@@ -71,13 +71,21 @@ pub(super) fn of_robot<const N: usize>(robot: &RobotDescription<N>) -> Vec<Param
 
 /// What concerns one axis.
 pub(super) fn of_axis(axis: &AxisDescription) -> Vec<Parameter> {
+    let mut rows = limits(axis);
+    rows.extend(transmission(axis));
+    rows.extend(drive(axis));
+    rows.extend(regulators(axis));
+    rows
+}
+
+fn limits(axis: &AxisDescription) -> Vec<Parameter> {
     // the joint's unit and its rates'
     let [q, dq, ddq] = match axis.kind {
         robots::JointKind::Revolute => ["rad", "rad/s", "rad/s²"],
         robots::JointKind::Prismatic => ["m", "m/s", "m/s²"],
     };
-    let (hard, plan, motor) = (axis.hard_limits, axis.planning_limits, axis.motor);
-    let mut rows = vec![
+    let (hard, plan) = (axis.hard_limits, axis.planning_limits);
+    vec![
         range("joint position", axis.joint_position, q),
         row("joint velocity, planning", [axis.joint_velocity], dq, MRROC),
         row(
@@ -103,9 +111,13 @@ pub(super) fn of_axis(axis: &AxisDescription) -> Vec<Parameter> {
             MRROC,
         ),
         row("motor jerk, planning", [plan.jerk], "rad/s³", ASSUMED),
-    ];
-    rows.extend(transmission(axis));
-    rows.extend([
+    ]
+}
+
+/// Motor, encoder, what trips, homing.
+fn drive(axis: &AxisDescription) -> Vec<Parameter> {
+    let motor = axis.motor;
+    vec![
         row(
             "motor at the reference",
             [axis.synchro_motor_position],
@@ -151,9 +163,12 @@ pub(super) fn of_axis(axis: &AxisDescription) -> Vec<Parameter> {
             "rad/s",
             MRROC,
         ),
-    ]);
+    ]
+}
+
+fn regulators(axis: &AxisDescription) -> Vec<Parameter> {
     let (pwm, current) = (axis.pwm_regulator, axis.current_regulator);
-    rows.extend([
+    vec![
         row(
             "PWM regulator ε, a, b0, b1, limit",
             [pwm.epsilon, pwm.a, pwm.b0, pwm.b1, pwm.limit],
@@ -166,8 +181,7 @@ pub(super) fn of_axis(axis: &AxisDescription) -> Vec<Parameter> {
             "mA",
             IRP6_ROBOT,
         ),
-    ]);
-    rows
+    ]
 }
 
 /// How the motor drives the joint.
