@@ -2,7 +2,8 @@
 //!
 //! Joints are the chain's: Denavit–Hartenberg relative, z of the link's frame the axis. Numbers are
 //! printed with as few digits as give the same number back. A placement's rotation becomes roll, pitch
-//! and yaw, R = Z(yaw)·Y(pitch)·X(roll), which is right to rounding (1e-16 an entry).
+//! and yaw, R = Z(yaw)·Y(pitch)·X(roll), which is right to rounding (1e-16 an entry). Rotors' inertias
+//! are not in the file: they are the motors'.
 
 use core::fmt::{self, Write};
 
@@ -107,6 +108,7 @@ fn origin(
     [x, y, z]: [f64; 3],
     [roll, pitch, yaw]: [f64; 3],
 ) -> fmt::Result {
+    let [x, y, z, roll, pitch, yaw] = [x, y, z, roll, pitch, yaw].map(plain);
     writeln!(
         out,
         "{indent}<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>"
@@ -122,10 +124,10 @@ fn body(out: &mut impl Write, link: &Link) -> fmt::Result {
     writeln!(out, "  <link name=\"{}\">\n    <inertial>", link.name)?;
     origin(out, "      ", *centre_m, [0.0; 3])?;
     writeln!(out, "      <mass value=\"{mass_kg}\"/>")?;
+    let [xx, yy, zz, xy, xz, yz] = [i.xx, i.yy, i.zz, i.xy, i.xz, i.yz].map(plain);
     writeln!(
         out,
-        "      <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"{}\" ixz=\"{}\" iyz=\"{}\"/>",
-        i.xx, i.yy, i.zz, i.xy, i.xz, i.yz
+        "      <inertia ixx=\"{xx}\" iyy=\"{yy}\" izz=\"{zz}\" ixy=\"{xy}\" ixz=\"{xz}\" iyz=\"{yz}\"/>"
     )?;
     writeln!(out, "    </inertial>\n    <visual>")?;
     match link.shape {
@@ -158,6 +160,11 @@ fn body(out: &mut impl Write, link: &Link) -> fmt::Result {
         }
     }
     writeln!(out, "    </visual>\n  </link>")
+}
+
+/// The same number, without the sign of a zero.
+fn plain(x: f64) -> f64 {
+    x + 0.0
 }
 
 /// Below this |cos(pitch)| roll and yaw turn about the same line, and roll takes all of it.

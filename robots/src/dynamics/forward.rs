@@ -4,8 +4,8 @@
 //! RBDA, table 6.2): column j is the momentum of all links from j on, as one rigid body that moves at a
 //! unit rate of joint j, handed inwards and projected on each axis passed.
 //!
-//! Forward dynamics solves M·q̈ = τ − bias by M = L·D·Lᵀ. For seven joints that is faster than the
-//! articulated body algorithm, whose 6 × 6 inertias cost more than the triangles of a 7 × 7 matrix.
+//! Forward dynamics solves M·q̈ = τ − bias by M = L·D·Lᵀ. `oracles/pinocchio` says what it costs beside
+//! the articulated body algorithm of Pinocchio.
 
 use nalgebra::{ArrayStorage, SMatrix, Vector3};
 

@@ -28,6 +28,7 @@ fn numbers_come_back_to_the_bit() {
         let mass: f64 = value.parse().unwrap();
         assert_eq!(mass.to_bits(), link.body().mass_kg.to_bits());
     }
+    assert!(!text.contains("\"-0\"") && !text.contains("-0 "), "{text}");
     for (value, link) in values(&text, "ixx").iter().zip(&IRP6_TRACK.links) {
         let inertia: f64 = value.parse().unwrap();
         assert_eq!(inertia.to_bits(), link.body().inertia.xx.to_bits());
