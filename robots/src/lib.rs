@@ -44,6 +44,7 @@
 
 pub mod assumed;
 pub mod description;
+pub mod dynamics;
 pub mod error;
 mod gearing;
 pub mod irp6;
@@ -54,6 +55,7 @@ pub mod rnt;
 mod robot;
 mod screw;
 mod space;
+pub mod urdf;
 
 pub use assumed::{ASSUMED, Assumed};
 pub use description::{AxisDescription, Gearing, JointKind, Range, Reference, RobotDescription};

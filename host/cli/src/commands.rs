@@ -3,6 +3,7 @@
 use crate::kin::Kin;
 use crate::monitor;
 use crate::plan::Plan;
+use crate::robot::Robot;
 use crate::run::{Finished, Options, catch_interrupt, run};
 use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Place};
@@ -45,6 +46,8 @@ enum Command {
     Monitor(monitor::Monitor),
     /// Kinematics: poses, joints, motors, Jacobians.
     Kin(Kin),
+    /// What is known about a robot: axes, limits, masses; as text, JSON or URDF.
+    Robot(Robot),
     /// Plans of motion without a robot: of axes, of a tool along a path.
     Plan(Plan),
     /// The classes of generators and conditions, and who inhabits them.
@@ -258,6 +261,10 @@ impl Cli {
             Command::Kin(kin) => {
                 let mut input = BufReader::new(std::io::stdin());
                 kin.run(&mut std::io::stdout().lock(), &mut input)?;
+                exit::OK
+            }
+            Command::Robot(robot) => {
+                robot.run(&mut std::io::stdout().lock())?;
                 exit::OK
             }
             Command::Plan(plan) => {

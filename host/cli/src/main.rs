@@ -11,6 +11,7 @@ mod observe;
 mod plan;
 mod record;
 mod report;
+mod robot;
 mod run;
 mod world;
 

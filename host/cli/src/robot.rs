@@ -1,0 +1,183 @@
+//! `mrroc robot show`: what is known about a robot, each number with its unit and its source or the
+//! word ASSUMED; as text, as one JSON object, or as a URDF file of its rigid-body model.
+//!
+//! ```text
+//!   --json   {"name","long_name","robot":[…],"axes":[{"name","kind","parameters":[…]},…],"links":[…]}
+//!            a parameter: {"item","values":[…],"unit","source"}
+//!            a link: {"name","kind","position_m","axes","mass_kg","centre_m","inertia_kg_m2","source"}
+//!   --urdf   XML, `robots::urdf`
+//! ```
+
+mod parameters;
+#[cfg(test)]
+mod test;
+
+use std::io::{self, Write};
+
+use clap::{Args, Subcommand};
+use process::{End, exit};
+use robots::dynamics::{Chain, IRP6_POSTUMENT, IRP6_TRACK, Inertia};
+use robots::urdf::{joint_limits, write_urdf};
+use robots::{Irp6Postument, Irp6Track, JointKind, RobotKind};
+use serde_json::{Value, json};
+
+use crate::commands::robot;
+use crate::jsonl::write_line;
+use parameters::{ASSUMED, Parameter};
+
+/// What is known about the robots
+#[derive(Debug, Args)]
+pub(crate) struct Robot {
+    #[command(subcommand)]
+    question: Question,
+}
+
+#[derive(Debug, Subcommand)]
+enum Question {
+    /// Axes, limits, constants and masses of a robot, with units and sources
+    Show(Show),
+}
+
+#[derive(Debug, Args)]
+struct Show {
+    /// The robot's name, such as irp6-track
+    robot: String,
+    /// Print the rigid-body model as a URDF file
+    #[arg(long, conflicts_with = "json")]
+    urdf: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl Robot {
+    /// Prints what was asked for.
+    ///
+    /// # Errors
+    /// There is no such robot, or `out` cannot be written.
+    pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), End> {
+        let Question::Show(show) = self.question;
+        let done = match robot(&show.robot)? {
+            RobotKind::Irp6Track => show.answer(&Irp6Track, &IRP6_TRACK, out),
+            RobotKind::Irp6Postument => show.answer(&Irp6Postument, &IRP6_POSTUMENT, out),
+        };
+        done.map_err(|error| End::new(exit::IO, format!("stdout: {error}")))
+    }
+}
+
+impl Show {
+    fn answer<const N: usize>(
+        &self,
+        robot: &impl robots::Robot<N>,
+        chain: &Chain<N>,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        if self.urdf {
+            out.write_all(urdf(robot, chain)?.as_bytes())
+        } else if self.json {
+            write_line(out, &as_json(robot, chain))
+        } else {
+            as_text(robot, chain, out)
+        }
+    }
+}
+
+fn urdf<const N: usize>(robot: &impl robots::Robot<N>, chain: &Chain<N>) -> io::Result<String> {
+    let description = robot.description();
+    let limits = joint_limits(description, &robot.motor_slopes());
+    let comment = format!(
+        "{}: joints relative, link against link; masses and shapes are {ASSUMED}",
+        description.long_name
+    );
+    let mut text = String::new();
+    write_urdf(&mut text, description.name, &comment, &limits, chain).map_err(io::Error::other)?;
+    Ok(text)
+}
+
+const fn kind(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "revolute",
+        JointKind::Prismatic => "prismatic",
+    }
+}
+
+fn as_json<const N: usize>(robot: &impl robots::Robot<N>, chain: &Chain<N>) -> Value {
+    let description = robot.description();
+    let axes = description.axes.iter().map(|axis| {
+        json!({
+            "name": axis.name,
+            "kind": kind(axis.kind),
+            "parameters": parameters::of_axis(axis),
+        })
+    });
+    let links = chain.links.iter().map(|link| {
+        let body = link.body();
+        let Inertia {
+            xx,
+            yy,
+            zz,
+            xy,
+            xz,
+            yz,
+        } = body.inertia;
+        json!({
+            "name": link.name,
+            "kind": kind(link.kind),
+            "position_m": link.placement.position_m,
+            "axes": link.placement.axes,
+            "mass_kg": body.mass_kg,
+            "centre_m": body.centre_m,
+            "inertia_kg_m2": [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+            "source": ASSUMED,
+        })
+    });
+    json!({
+        "name": description.name,
+        "long_name": description.long_name,
+        "robot": parameters::of_robot(description),
+        "axes": axes.collect::<Vec<_>>(),
+        "links": links.collect::<Vec<_>>(),
+    })
+}
+
+fn as_text<const N: usize>(
+    robot: &impl robots::Robot<N>,
+    chain: &Chain<N>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let description = robot.description();
+    writeln!(out, "{}: {}", description.name, description.long_name)?;
+    table(out, &parameters::of_robot(description))?;
+    for (k, axis) in description.axes.iter().enumerate() {
+        writeln!(out, "\naxis {}: {}, {}", k + 1, axis.name, kind(axis.kind))?;
+        table(out, &parameters::of_axis(axis))?;
+    }
+    writeln!(
+        out,
+        "\nlinks, each in the frame before it; z is the joint's axis"
+    )?;
+    for link in &chain.links {
+        let [x, y, z] = link.placement.position_m;
+        let body = link.body();
+        let [cx, cy, cz] = body.centre_m;
+        let Inertia { xx, yy, zz, .. } = body.inertia;
+        writeln!(
+            out,
+            "  {:12} at {x} {y} {z} m   {} kg, centre {cx} {cy} {cz} m, \
+             inertia {xx:.4} {yy:.4} {zz:.4} kg·m²   {ASSUMED}",
+            link.name, body.mass_kg
+        )?;
+    }
+    let [x, y, z] = chain.flange.position_m;
+    writeln!(out, "  {:12} at {x} {y} {z} m", "flange")
+}
+
+fn table(out: &mut dyn Write, parameters: &[Parameter]) -> io::Result<()> {
+    for parameter in parameters {
+        let values: Vec<String> = parameter.values.iter().map(f64::to_string).collect();
+        let quantity = format!("{} {}", values.join(" "), parameter.unit);
+        let (item, source) = (parameter.item, parameter.source);
+        writeln!(out, "  {item:34} {quantity:40} {source}")?;
+    }
+    Ok(())
+}

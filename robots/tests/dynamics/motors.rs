@@ -1,0 +1,154 @@
+//! What the motors see of the joints' dynamics: the IRp-6's parallelograms, screws and bevel.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+use proptest::prelude::*;
+use robots::dynamics::{
+    IRP6_POSTUMENT, IRP6_TRACK, STANDARD_GRAVITY, Transmission, Wrench, joints_by_motors,
+};
+use robots::{Irp6Postument, Irp6Track, Joints, KinematicError, MotorMotion, Quantity, Robot};
+
+use super::{apart, numbers};
+
+/// Inside the range of the joints, by numbers in −1 … 1; upper arm by its angle in the plane.
+fn posture(unit: &[f64; 7]) -> Joints<7> {
+    let [a, b, c, d, e, f, g] = *unit;
+    let (lower, upper) = (-1.57 + 0.6 * c, 0.1 + 0.5 * d);
+    let relative = upper - lower - std::f64::consts::FRAC_PI_2;
+    Joints([
+        0.6 + 0.5 * a,
+        2.0 * b,
+        lower,
+        relative,
+        1.5 * e,
+        2.0 * f,
+        2.0 * g,
+    ])
+}
+
+const WRENCH: Wrench = Wrench {
+    force: Vector3::new(10.0, -20.0, 5.0),
+    moment: Vector3::new(1.0, 2.0, -3.0),
+};
+
+proptest! {
+    #[test]
+    fn the_transmission_is_the_derivative_of_the_joints(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), ddm in numbers::<7>(900.0)) {
+        let q = posture(&unit);
+        let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+        let motors = Irp6Track.motors(&q).unwrap();
+        let motion = Irp6Track
+            .joint_motion(&MotorMotion { position: motors, velocity: dm, acceleration: ddm })
+            .unwrap();
+        // the same chain rule from positions that went through the motors and back, to 1e-13
+        prop_assert!(apart(&transmission.joint_velocity(&dm), &motion.velocity) < 1e-11);
+        prop_assert!(apart(&transmission.joint_acceleration(&dm, &ddm), &motion.acceleration) < 1e-10);
+        let dense = joints_by_motors(&Irp6Track, &motors).unwrap();
+        let torques = Irp6Track.description().axes.map(|axis| axis.planning_limits.velocity * unit[0]);
+        let reflected = dense.transpose() * SVector::from(torques);
+        prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-11);
+        let m = IRP6_TRACK.at(&q).mass_matrix();
+        let rotors = SVector::from(Irp6Track.description().axes.map(|axis| axis.motor.rotor_kg_m2));
+        let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
+        // entries of 1e-4 kg·m²
+        prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-16);
+    }
+
+    #[test]
+    fn motors_and_joints_give_the_same_power(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), torques in numbers::<7>(500.0)) {
+        let transmission = Transmission::at(Irp6Track.description(), &posture(&unit)).unwrap();
+        let at_joints = SVector::from(torques).dot(&SVector::from(transmission.joint_velocity(&dm)));
+        let at_motors = SVector::from(transmission.motor_torques(&torques)).dot(&SVector::from(dm));
+        // sums of 7 products up to 1 kW
+        prop_assert!((at_joints - at_motors).abs() < 1e-11, "{at_joints} {at_motors}");
+    }
+
+    #[test]
+    fn the_power_of_the_motors_is_the_change_of_the_energy(unit in numbers::<7>(1.0), dm in numbers::<7>(100.0), ddm in numbers::<7>(500.0)) {
+        let q = posture(&unit);
+        let motors = Irp6Track.motors(&q).unwrap();
+        let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+        let torques = IRP6_TRACK.at(&q).motor_inverse_dynamics(
+            &transmission, &dm, &ddm, &STANDARD_GRAVITY, &Wrench::NONE,
+        );
+        let power = SVector::from(torques).dot(&SVector::from(dm));
+        let energy = |t: f64| {
+            let mut position = motors;
+            let mut velocity = dm;
+            for (((m, v), dm), ddm) in position.0.iter_mut().zip(&mut velocity).zip(dm).zip(ddm) {
+                *m += t * dm + 0.5 * t * t * ddm;
+                *v += t * ddm;
+            }
+            let motion = MotorMotion { position, velocity, acceleration: ddm };
+            let joints = Irp6Track.joint_motion(&motion).unwrap();
+            let posture = IRP6_TRACK.at(&joints.position);
+            let rotors: f64 = Irp6Track.description().axes.iter().zip(velocity)
+                .map(|(axis, v)| 0.5 * axis.motor.rotor_kg_m2 * v * v).sum();
+            rotors + posture.kinetic_energy(&joints.velocity) + posture.potential_energy(&STANDARD_GRAVITY)
+        };
+        let h = 1e-4;
+        let change = (energy(h) - energy(-h)) / (2.0 * h);
+        // h² of the third derivative and 1 kJ · 1e-16/h
+        prop_assert!((change - power).abs() < 1e-4 * (1.0 + power.abs()), "{change} {power}");
+    }
+
+    #[test]
+    fn acceleration_of_the_torques_of_motors_is_their_acceleration(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), ddm in numbers::<7>(900.0)) {
+        let q = posture(&unit);
+        let [_, arm @ ..] = q.0;
+        let arm = Joints(arm);
+        let transmission = Transmission::at(Irp6Postument.description(), &arm).unwrap();
+        let (dm, ddm) = (*dm.first_chunk().unwrap(), *ddm.first_chunk().unwrap());
+        let posture = IRP6_POSTUMENT.at(&arm);
+        let torques = posture.motor_inverse_dynamics(&transmission, &dm, &ddm, &STANDARD_GRAVITY, &WRENCH);
+        let found = posture.motor_forward_dynamics(&transmission, &dm, &torques, &STANDARD_GRAVITY, &WRENCH);
+        // torques of up to 10 N·m to 1e-14, inertias of 1.5e-5 kg·m² at least
+        prop_assert!(apart(&found, &ddm) < 1e-8, "{:e}", apart(&found, &ddm));
+    }
+}
+
+/// A screw at constant speed turns its link at a changing one.
+#[test]
+fn the_curvature_of_the_screws_is_felt() {
+    let q = posture(&[0.0; 7]);
+    let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+    let mut dm = [0.0; 7];
+    dm[2] = 100.0;
+    let acceleration = transmission.joint_acceleration(&dm, &[0.0; 7]);
+    assert!(acceleration[2].abs() > 0.01, "{acceleration:?}");
+    // the upper arm stands still in the plane: its joint turns back
+    assert!((acceleration[2] + acceleration[3]).abs() < 1e-15);
+}
+
+/// The hand's own drive holds it level: the lower arm's motor does not carry the hand's moment.
+#[test]
+fn the_parallelogram_keeps_moments_apart() {
+    let q = posture(&[0.0; 7]);
+    let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+    // a pure moment about T's axis is felt by the joints of lower arm, upper arm and T alike
+    let motors = transmission.motor_torques(&[0.0, 0.0, 10.0, 10.0, 10.0, 0.0, 0.0]);
+    assert_eq!([motors[2], motors[3]].map(f64::to_bits), [0; 2]);
+    assert!((motors[4] - 10.0 / -128.0).abs() < 1e-15);
+}
+
+#[test]
+fn beyond_a_dead_centre_there_is_no_transmission() {
+    let mut q = posture(&[0.0; 7]);
+    q.0[2] = 3.0;
+    let refused = Transmission::at(Irp6Track.description(), &q).unwrap_err();
+    assert!(
+        matches!(
+            refused,
+            KinematicError::Limit {
+                axis: 2,
+                quantity: Quantity::ScrewAngle,
+                ..
+            }
+        ),
+        "{refused}"
+    );
+    for wrong in [f64::NAN, f64::INFINITY] {
+        q.0[2] = wrong;
+        let refused = Transmission::at(Irp6Track.description(), &q);
+        assert_eq!(refused, Err(KinematicError::NotFinite));
+    }
+}
