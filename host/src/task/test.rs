@@ -31,7 +31,10 @@ fn refused(step: &str) -> String {
 #[test]
 fn defaults_make_a_whole_cell() {
     let cell = Task::parse(&task("wait = { seconds = 1 }")).unwrap().cell;
-    assert_eq!(cell, Cell::of(&RobotKind::ALL));
+    assert_eq!(
+        cell,
+        Cell::of(&[RobotKind::Irp6Track, RobotKind::Irp6Postument])
+    );
     let names: Vec<_> = cell.buses.iter().map(|bus| bus.name.as_str()).collect();
     assert_eq!(
         names,
