@@ -57,6 +57,16 @@ const START_RAD: [f64; 2] = [5.0, 40.0];
 const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
 
+/// Turns a minute of a velocity, rad/s, to the nearest.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and the value is positive"
+)]
+fn rpm(rad_s: f64) -> u32 {
+    (rad_s * 60.0 / TAU + 0.5) as u32
+}
+
 /// The peak current of a drive, A: that of the regulator's clamp.
 fn peak_a(axis: &AxisDescription) -> f64 {
     axis.current_regulator.limit_ma * 1e-3
@@ -97,13 +107,16 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
         brake_open_s: 0.020,
         brake_close_s: 0.030,
     };
-    let drive = DriveParameters::new(
-        description.increments_per_turn,
-        peak_a,
-        motor.torque_constant_nm_a,
-        inertia,
-        u32::from(node),
-    );
+    let drive = DriveParameters {
+        max_speed_rpm: rpm(description.hard_limits.velocity),
+        ..DriveParameters::new(
+            description.increments_per_turn,
+            peak_a,
+            motor.torque_constant_nm_a,
+            inertia,
+            u32::from(node),
+        )
+    };
     let drive = if description.increments_per_turn < COARSE_INCREMENTS {
         DriveParameters {
             position_bandwidth: COARSE * drive.position_bandwidth,
