@@ -3,7 +3,9 @@
 //! count.
 
 use host::mp::arm::{arm, motor_angles, unit_rad};
+use host::task::Task;
 use mrroc_tests::coordinator::{Coordinator, speeds};
+use mrroc_tests::job;
 use protocol::fault::Cause;
 use protocol::message::{
     Instruction, NodeState, PoseMessage, PosePath, PoseReference, PoseSpeeds, Reply, ServoLaw,
@@ -281,4 +283,55 @@ fn a_turn_about_its_tool_axis_is_nothing_to_five_axes() {
         "{cause:?}"
     );
     assert_eq!(c.feedback().limit_violations, 0);
+}
+
+/// A cell of the track's robot by a rule, and a line 0.3 m along the track from the front pose, which has
+/// the track 0.2 m out and, turned, `column` rad off.
+fn along_the_track(rule: &str, column: f64) -> Task {
+    let arm = arm(RobotKind::Irp6Track);
+    let front = [0.2, column, -1.57, 0.0, 1.56, 1.57, -1.57];
+    let mut tool = arm.forward(&front).unwrap() * arm.default_tool();
+    tool.position.y += 0.3;
+    let (p, r) = (tool.position, tool.rotation_vector());
+    let text = format!(
+        r#"title = "along the track"
+cell = {{ robot = [{{ kind = "irp6-track", track = "{rule}" }}] }}
+[[step]]
+home = ["irp6-track"]
+[[step]]
+move = {{ robot = "irp6-track", joints = {front:?} }}
+[[step]]
+move = {{ robot = "irp6-track", pose = {{ position_m = [{}, {}, {}], rotation_rad = [{}, {}, {}] }}, path = "line", speed = 0.02 }}
+"#,
+        p.x, p.y, p.z, r.x, r.y, r.z
+    );
+    Task::parse(&text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn the_rule_of_a_cell_is_that_of_its_node() {
+    for (rule, along) in [("keep", 0.2), ("in-front", 0.5)] {
+        let (error, cell) = job::run(along_the_track(rule, 0.0), &mut ());
+        assert_eq!(error, None, "{rule}");
+        let (_, robot) = cell.robots().next().unwrap();
+        let arm = arm(RobotKind::Irp6Track);
+        let joints = arm.joints(robot.motor_rad()).unwrap();
+        // a few increments of the track's motor
+        assert!((joints[0] - along).abs() < 1e-3, "{rule}: {joints:?}");
+        let tool = arm.forward(&joints).unwrap() * arm.default_tool();
+        assert!((tool.position.y - 0.5).abs() < 1e-3, "{rule}: {tool:?}");
+    }
+}
+
+#[test]
+fn a_line_that_would_begin_with_a_jump_of_the_track_is_refused_at_rest() {
+    let (error, cell) = job::run(along_the_track("in-front", 0.3), &mut ());
+    let error = error.expect("a refusal").to_string();
+    assert!(error.contains("irp6-track"), "{error}");
+    let (_, robot) = cell.robots().next().unwrap();
+    let joints = arm(RobotKind::Irp6Track).joints(robot.motor_rad()).unwrap();
+    assert!(
+        (joints[0] - 0.2).abs() < 1e-3 && (joints[1] - 0.3).abs() < 1e-3,
+        "{joints:?}"
+    );
 }

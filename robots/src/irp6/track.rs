@@ -40,6 +40,9 @@ pub enum TrackRule {
     /// The track stands beside the flange, d0 = y, so that the column looks straight ahead
     /// (q1 = 0), as far as the track goes; d0 depends on the pose alone.
     ///
+    /// A straight line or path can begin only where the track stands by this rule already: a move of
+    /// the joints to a pose brings it there.
+    ///
     /// Towards the ends of the track d0 leaves y on a curve with continuous curvature that begins
     /// [`BEND_M`] before the end: d0 stays at the end from [`BEND_M`] beyond it.
     InFront,
