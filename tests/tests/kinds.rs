@@ -5,7 +5,7 @@
 use host::mp::arm::{arm, motor_angles, unit_rad};
 use host::task::Task;
 use mrroc_tests::coordinator::{Coordinator, speeds};
-use mrroc_tests::job;
+use mrroc_tests::{job, workspace};
 use protocol::fault::Cause;
 use protocol::message::{
     Instruction, NodeState, PoseMessage, PosePath, PoseReference, PoseSpeeds, Reply, ServoLaw,
@@ -26,7 +26,7 @@ fn homed(kind: RobotKind, law: ServoLaw, seed: u64) -> Coordinator {
     c.home();
     let what = format!("{kind} {law:?}");
     assert_eq!(
-        usize::from(c.feedback().synchronised.count_ones() as u8),
+        c.feedback().synchronised.count_ones() as usize,
         kind.axes(),
         "{what}"
     );
@@ -143,7 +143,7 @@ fn polycrank_needs_no_motion_to_be_homed_and_moves() {
 /// Position units of a turn and more than 2³² of them.
 fn beyond_32_bits(kind: RobotKind, axis: usize) -> f64 {
     let unit = unit_rad(&arm(kind).axes()[axis]);
-    1.05 * unit * 2_f64.powi(32)
+    1.05 * unit * f64::from(u32::MAX)
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn an_axis_without_end_goes_on_where_32_bits_end() {
         }
         // the drive itself counted as far, and what it says is that modulo 2³²
         let units = c.feedback().actual[axis];
-        assert!(units < i64::from(u32::MAX) * -1, "{units}");
+        assert!(units < -i64::from(u32::MAX), "{units}");
         let truth = c.cell.robots().next().unwrap().1.motor_rad()[axis];
         let gone = truth - from[axis];
         assert!(
@@ -334,4 +334,15 @@ fn a_line_that_would_begin_with_a_jump_of_the_track_is_refused_at_rest() {
         (joints[0] - 0.2).abs() < 1e-3 && (joints[1] - 0.3).abs() < 1e-3,
         "{joints:?}"
     );
+}
+
+#[test]
+fn every_kind_works_in_one_cell() {
+    let task = Task::load(&workspace().join("tasks/laboratory.toml")).unwrap();
+    let mut kinds: Vec<_> = task.cell.robots.iter().map(|robot| robot.kind).collect();
+    kinds.sort_by_key(|kind| kind.effector());
+    assert_eq!(kinds, RobotKind::ALL, "a kind is missing in the task");
+    let (error, cell) = job::run(task, &mut ());
+    assert_eq!(error, None);
+    assert_eq!(cell.refused(), []);
 }

@@ -298,8 +298,7 @@ mod tests {
             G * (3.0 * 0.5 * z5 + 2.5 * middle5 + z6 + 0.5 * z7)
         };
         for k in 0..40 {
-            let q: [f64; 7] =
-                core::array::from_fn(|i| f64::from(k) * (0.3 + 0.17 * i as f64) - 4.0);
+            let q: [f64; 7] = [0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5].map(|by| f64::from(k) * by - 4.0);
             let mut load = [f64::NAN; 7];
             PolycrankArm::ASSUMED.load_torque_nm(&q, &mut load);
             for axis in 0..7 {
