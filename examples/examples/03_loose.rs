@@ -103,7 +103,7 @@ fn act(k: usize) -> BoxedBehaviour {
 
 /// The example, as the text it prints.
 pub(crate) fn example() -> Result<String> {
-    let track = Arm::track(play(Irp6Track, 0)?)?;
+    let track = Arm::track(play(Irp6Track::KEEP, 0)?)?;
     let postument = Arm::postument(play(Irp6Postument, 1)?)?;
     let mut world = World::new(vec![track, postument])?;
     world.get_ready()?;

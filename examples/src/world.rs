@@ -4,7 +4,7 @@ use anyhow::{Context as _, Result, bail};
 use bus::wire::Kind;
 use core::fmt::Debug;
 use firmware::ecp::Programs;
-use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
+use firmware::process::buses_of;
 use firmware::{DriveAddress, Node, NodeProcess, Station};
 use hil_sim::cell::Cell as SimCell;
 use host::mp::behaviour::{get_ready, home, sequence};
@@ -20,7 +20,7 @@ use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
-use robots::{Irp6Postument, Irp6Track, Robot, RobotKind};
+use robots::{Irp6Postument, Irp6Track, Robot, RobotKind, TrackRule};
 
 /// A servo step of the IRp-6: the world is looked at this often.
 const SERVO_STEP: Micros = Micros(2000);
@@ -44,7 +44,7 @@ impl Arm {
     /// None: its configuration is right.
     pub fn postument(programs: impl Programs<6> + Debug + Send + 'static) -> Result<Self> {
         let kind = RobotKind::Irp6Postument;
-        Self::new(kind, Irp6Postument, IRP6_POSTUMENT_BUSES, programs)
+        Self::new(kind, Irp6Postument, programs)
     }
 
     /// The IRp-6 on its track: seven axes.
@@ -52,15 +52,10 @@ impl Arm {
     /// # Errors
     /// None: its configuration is right.
     pub fn track(programs: impl Programs<7> + Debug + Send + 'static) -> Result<Self> {
-        Self::new(RobotKind::Irp6Track, Irp6Track, IRP6_TRACK_BUSES, programs)
+        Self::new(RobotKind::Irp6Track, Irp6Track::KEEP, programs)
     }
 
-    fn new<R, P, const N: usize>(
-        kind: RobotKind,
-        robot: R,
-        buses: [u8; N],
-        programs: P,
-    ) -> Result<Self>
+    fn new<R, P, const N: usize>(kind: RobotKind, robot: R, programs: P) -> Result<Self>
     where
         R: Robot<N> + Copy + Debug + Send + 'static,
         P: Programs<N> + Debug + Send + 'static,
@@ -72,8 +67,9 @@ impl Arm {
             law: ServoLaw::DrivePosition,
             velocity_factor: 0.2,
             one_wire: false,
+            track: TrackRule::Keep,
         };
-        let config = station.config(buses)?;
+        let config = station.config(buses_of(&robot))?;
         let node = Node::with_programs(Micros(0), robot, config, programs)?;
         Ok(Self {
             kind,

@@ -534,7 +534,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         if self.trace_every > 0 && step.is_multiple_of(u32::from(self.trace_every)) {
             let mut demand = protocol::units::PerAxis::new();
             for axis in self.edp.axes() {
-                let _ = demand.push(saturate(axis.latest_demand_from_zero()));
+                let _ = demand.push(axis.latest_demand_from_zero());
             }
             let _ = self
                 .link
@@ -598,8 +598,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         {
             feedback.synchronised |= u8::from(axis.homed) << (k & 7);
             // N ≤ MAX_AXES: the pushes cannot fail
-            let _ = feedback.actual.push(saturate(axis.actual_from_zero()));
-            let _ = feedback.demand.push(saturate(axis.demand_from_zero()));
+            let _ = feedback.actual.push(axis.actual_from_zero());
+            let _ = feedback.demand.push(axis.demand_from_zero());
             let _ = feedback.current_ma.push(milliamps(ma));
             let _ = feedback.following_error.push(error);
         }
@@ -613,10 +613,6 @@ pub const FIRMWARE_VERSION: (u8, u8, u8) = (0, 1, 0);
 /// Only the MP's port.
 fn mp(tx: &mut impl FnMut(Port, Frame)) -> impl FnMut(Frame) {
     move |frame| tx(Port::Mp, frame)
-}
-
-fn saturate(units: i64) -> i32 {
-    i32::try_from(units).unwrap_or(if units < 0 { i32::MIN } else { i32::MAX })
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the conversion saturates")]

@@ -11,7 +11,8 @@ use protocol::id::NodeId;
 use protocol::message::{Identity, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::{Robot, RobotKind};
+use protocol::units::PerAxis;
+use robots::{Robot, RobotKind, RobotVisitor, TrackRule};
 
 /// What every node does, whatever its robot.
 pub trait NodeProcess: core::fmt::Debug {
@@ -59,6 +60,8 @@ pub struct Station {
     pub velocity_factor: f64,
     /// All buses of the cell are one wire.
     pub one_wire: bool,
+    /// Where the inverse kinematics of a robot on a track puts the track.
+    pub track: TrackRule,
 }
 
 /// Drives of one wire, beyond the first robot's, are numbered from ten times (j − 1) on.
@@ -129,18 +132,28 @@ impl Station {
     }
 }
 
-/// Which drive bus each axis of a robot hangs on, when every robot has buses of its own.
-///
-/// Six axes at 500 Hz fill a classical 1 Mbit/s bus to 78 %; the track's seven need two.
+/// The most axes of one drive bus for a servo step of 2 ms: six at 500 Hz fill a classical 1 Mbit/s bus to 78 %.
+const AXES_OF_A_BUS: usize = 6;
+
+/// Which drive bus each axis of a robot hangs on, when every robot has buses of its own: as few as will do,
+/// filled evenly.
 #[must_use]
-pub const fn drive_buses(kind: RobotKind) -> &'static [u8] {
-    match kind {
-        RobotKind::Irp6Track => &IRP6_TRACK_BUSES,
-        RobotKind::Irp6Postument => &IRP6_POSTUMENT_BUSES,
-    }
+pub fn buses_of<R: Robot<N>, const N: usize>(robot: &R) -> [u8; N] {
+    let step = usize::try_from(robot.description().servo_step_us).unwrap_or(usize::MAX);
+    let most = (AXES_OF_A_BUS.saturating_mul(step) / 2000).max(1);
+    let on_each = N.div_ceil(N.div_ceil(most).max(1)).max(1);
+    core::array::from_fn(|axis| u8::try_from(axis / on_each).unwrap_or(u8::MAX))
 }
 
-/// Drive buses of the IRp-6 on the track.
-pub const IRP6_TRACK_BUSES: [u8; 7] = [0, 0, 0, 0, 1, 1, 1];
-/// Drive buses of the IRp-6 on the postument.
-pub const IRP6_POSTUMENT_BUSES: [u8; 6] = [0; 6];
+/// [`buses_of`] a kind, in the order of its axes.
+#[must_use]
+pub fn drive_buses(kind: RobotKind) -> PerAxis<u8> {
+    struct Buses;
+    impl RobotVisitor for Buses {
+        type Output = PerAxis<u8>;
+        fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> PerAxis<u8> {
+            buses_of(&robot).into_iter().collect()
+        }
+    }
+    kind.visit(TrackRule::Keep, Buses)
+}

@@ -4,14 +4,14 @@
 //! MP is not here: it is one more tap of the MP wire, and whoever runs it calls [`Cell::advance`].
 //! Nothing reads a clock, so the same inputs give the same bytes.
 
-use crate::plant::parameters::{RobotSetup, irp6_postument, irp6_track};
+use crate::plant::parameters::{RobotSetup, robot};
 use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
 use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
 use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
 use protocol::budget::Rates;
 use protocol::frame::Frame;
 use protocol::time::Micros;
-use robots::{Irp6Postument, Irp6Track, Robot, RobotKind};
+use robots::{Robot, RobotKind, RobotVisitor};
 
 /// The tap of the MP on the MP wire.
 const MP_TAP: Tap = 0;
@@ -119,35 +119,16 @@ impl Cell {
         buses: &[u8],
         seed: u64,
     ) -> Result<(), CellError> {
-        match kind {
-            RobotKind::Irp6Track => self.add_of(kind, Irp6Track, station, buses, seed),
-            RobotKind::Irp6Postument => self.add_of(kind, Irp6Postument, station, buses, seed),
-        }
-    }
-
-    fn add_of<R, const N: usize>(
-        &mut self,
-        kind: RobotKind,
-        robot: R,
-        station: &Station,
-        buses: &[u8],
-        seed: u64,
-    ) -> Result<(), CellError>
-    where
-        R: Robot<N> + Copy + core::fmt::Debug + Send + 'static,
-    {
-        let wrong = |source| CellError::Config {
-            robot: kind,
-            source,
-        };
-        let buses = <[u8; N]>::try_from(buses).map_err(|_| CellError::Axes {
-            robot: kind,
-            expected: N,
-            got: buses.len(),
-        })?;
-        let wiring = station.config(buses).map_err(wrong)?;
-        let node = Node::new(self.now(), robot, wiring).map_err(wrong)?;
-        self.add_node(kind, Box::new(node), &wiring.drives, seed)
+        let (node, drives) = kind.visit(
+            station.track,
+            Build {
+                kind,
+                station,
+                buses,
+                now: self.now(),
+            },
+        )?;
+        self.add_node(kind, node, &drives, seed)
     }
 
     /// Add a robot with a node of one's own, for instance one with programs linked in.
@@ -391,13 +372,40 @@ impl Place {
     }
 }
 
+/// Makes the node of a robot and says where its drives are.
+struct Build<'a> {
+    kind: RobotKind,
+    station: &'a Station,
+    buses: &'a [u8],
+    now: Micros,
+}
+
+impl RobotVisitor for Build<'_> {
+    type Output = Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError>;
+
+    fn visit<R, const N: usize>(self, robot: R) -> Self::Output
+    where
+        R: Robot<N> + Copy + core::fmt::Debug + Send + Sync + 'static,
+    {
+        let wrong = |source| CellError::Config {
+            robot: self.kind,
+            source,
+        };
+        let buses = <[u8; N]>::try_from(self.buses).map_err(|_| CellError::Axes {
+            robot: self.kind,
+            expected: N,
+            got: self.buses.len(),
+        })?;
+        let wiring = self.station.config(buses).map_err(wrong)?;
+        let node = Node::new(self.now, robot, wiring).map_err(wrong)?;
+        Ok((Box::new(node), wiring.drives.to_vec()))
+    }
+}
+
 /// The simulated robot of a kind, its drives where the node expects them.
 #[must_use]
 pub fn setup(kind: RobotKind, drives: &[DriveAddress], seed: u64) -> RobotSetup {
-    let mut setup = match kind {
-        RobotKind::Irp6Track => irp6_track(seed),
-        RobotKind::Irp6Postument => irp6_postument(seed),
-    };
+    let mut setup = robot(kind, seed);
     for (axis, drive) in setup.axes.iter_mut().zip(drives) {
         axis.bus = drive.bus;
         axis.node = drive.id.get();

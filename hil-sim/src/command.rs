@@ -6,7 +6,7 @@ use args::Args;
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
 use bus::{Bus, BusError, open_can};
-use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES, drive_buses};
+use firmware::process::{buses_of, drive_buses};
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
 use hil_sim::plant::robot::SimRobot;
@@ -16,7 +16,7 @@ use process::{End, exit};
 use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::{Irp6Postument, Irp6Track, Robot as _, RobotKind};
+use robots::{Robot, RobotKind, RobotVisitor, TrackRule};
 use serde_json::{Value, json};
 use std::io::Write as _;
 use std::net::ToSocketAddrs as _;
@@ -105,6 +105,18 @@ fn buses(kind: RobotKind) -> u8 {
     drive_buses(kind).iter().max().map_or(0, |last| last + 1)
 }
 
+/// Where the drives of a robot are, and its servo step, µs.
+struct Wiring<'a>(&'a Station);
+
+impl RobotVisitor for Wiring<'_> {
+    type Output = Result<(Vec<DriveAddress>, u32), firmware::ConfigError>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
+        let config = self.0.config(buses_of(&robot))?;
+        Ok((config.drives.to_vec(), robot.description().servo_step_us))
+    }
+}
+
 fn build(
     args: &Args,
     hub: Option<&HubServer>,
@@ -118,6 +130,7 @@ fn build(
         law: ServoLaw::DrivePosition,
         velocity_factor: 1.0,
         one_wire: hub.is_none(),
+        track: TrackRule::Keep,
     };
     let wrong = |error: &dyn std::fmt::Display| {
         End::new(
@@ -126,24 +139,9 @@ fn build(
         )
     };
     let config = |error: firmware::ConfigError| wrong(&error);
-    let (drives, step_us): (Vec<DriveAddress>, u32) = match kind {
-        RobotKind::Irp6Track => (
-            station
-                .config(IRP6_TRACK_BUSES)
-                .map_err(config)?
-                .drives
-                .to_vec(),
-            Irp6Track.description().servo_step_us,
-        ),
-        RobotKind::Irp6Postument => (
-            station
-                .config(IRP6_POSTUMENT_BUSES)
-                .map_err(config)?
-                .drives
-                .to_vec(),
-            Irp6Postument.description().servo_step_us,
-        ),
-    };
+    let (drives, step_us) = kind
+        .visit(station.track, Wiring(&station))
+        .map_err(config)?;
     let period = Micros(u64::from(step_us));
     let robot =
         SimRobot::new(setup(kind, &drives, args.seed), args.seed).map_err(|error| wrong(&error))?;

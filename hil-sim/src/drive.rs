@@ -230,7 +230,7 @@ impl SimDrive {
         self.power.state()
     }
 
-    /// The position, drive units (object 6064), without rounding to 32 bits.
+    /// The position, drive units; object 6064 is this modulo 2³².
     #[must_use]
     pub const fn position_units(&self) -> i64 {
         self.scale.units(self.sensed.count)
@@ -357,6 +357,13 @@ impl Scale {
     /// Motor radians of drive units.
     fn rad_of_units(&self, units: i64) -> f64 {
         to_f64(units - self.offset) / self.units_per_rad
+    }
+
+    /// Drive units of motor radians, to the nearest.
+    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
+    fn units_of_rad(&self, rad: f64) -> i64 {
+        let units = rad * self.units_per_rad + to_f64(self.offset);
+        (units + if units < 0.0 { -0.5 } else { 0.5 }) as i64
     }
 
     /// Motor radians of an encoder count: the middle of the increment.

@@ -17,7 +17,7 @@ use protocol::message::{
 };
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::RobotKind;
+use robots::{RobotKind, TrackRule};
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,
@@ -44,8 +44,9 @@ impl Coordinator {
             law,
             velocity_factor: 0.2,
             one_wire: false,
+            track: TrackRule::Keep,
         };
-        cell.add(kind, &station, drive_buses(kind), 1).unwrap();
+        cell.add(kind, &station, &drive_buses(kind), 1).unwrap();
         let link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
         Self {
             cell,

@@ -10,7 +10,7 @@
 //!  task ──▶ Plan (where the robots really are) ──▶ a job of the MP per step ──▶ rest ──▶ leases given back
 //! ```
 
-use crate::mp::arm::arm;
+use crate::mp::arm::arm_with;
 use crate::mp::config::{Config, RobotConfig};
 use crate::task::{BusKind, Cell};
 use protocol::id::NodeId;
@@ -26,8 +26,8 @@ pub use progress::{Progress, Segment};
 pub use run::{Run, RunError, RunStatus};
 
 /// The Master Process of a cell. Frames are as long as the shortest of its buses towards the nodes
-/// allows. A robot's effector number is that of its kind (track 1, postument 2), as nodes choose it
-/// by themselves; a second robot of a kind gets the next free number.
+/// allows. A robot's effector number is that of its kind ([`RobotKind::effector`]), as nodes choose
+/// it by themselves; a second robot of a kind gets the next number that no kind has.
 ///
 /// Nothing if the cell has more robots than there are node numbers, or a velocity factor outside
 /// (0, 1]; task files cannot say that.
@@ -37,15 +37,12 @@ pub fn config_of(cell: &Cell) -> Option<Config> {
     let mut mtu = Mtu::Fd;
     let mut taken: Vec<u8> = Vec::new();
     for spec in &cell.robots {
-        let j = (1_u8..)
-            .zip(RobotKind::ALL)
-            .find(|(_, kind)| *kind == spec.kind)
-            .map(|(j, _)| j)
-            .filter(|j| !taken.contains(j));
+        let own = spec.kind.effector();
+        let j = (!taken.contains(&own)).then_some(own);
         let first = u8::try_from(RobotKind::ALL.len()).ok()?.checked_add(1)?;
         let j = j.or_else(|| (first..=u8::MAX).find(|j| !taken.contains(j)))?;
         taken.push(j);
-        let arm = arm(spec.kind);
+        let arm = arm_with(spec.kind, spec.track);
         robots.push(RobotConfig {
             name: spec.name.clone(),
             node: NodeId::effector(j)?,

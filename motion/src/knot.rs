@@ -46,9 +46,9 @@ impl<const N: usize> Setpoint<N> {
 /// What one axis may be asked to do, and what it will never be made to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisEnvelope {
-    /// Lowest position.
+    /// Lowest position; −∞ if there is none.
     pub lower: f64,
-    /// Highest position.
+    /// Highest position; +∞ if there is none.
     pub upper: f64,
     /// Limits of every set-point, whatever happens.
     pub hard: AxisLimits,
@@ -140,8 +140,6 @@ impl AxisEnvelope {
     pub(crate) fn validate(&self, axis: usize) -> Result<(), EnvelopeError> {
         let valid = self.hard.validate().is_ok()
             && self.plan.validate().is_ok()
-            && self.lower.is_finite()
-            && self.upper.is_finite()
             && self.lower < self.upper
             && self.acceleration_step >= 0.0
             && self.acceleration_step.is_finite();

@@ -33,7 +33,7 @@ const TAG: usize = 1; // fewer than 128 variants
 const BYTE: usize = 1;
 const U16: usize = 3;
 const U32: usize = 5;
-const I32: usize = 5;
+const I64: usize = 10;
 const U64: usize = 10;
 const F32: usize = 4;
 const F64: usize = 8;
@@ -80,7 +80,7 @@ impl Payload for Feedback {
         + 2 * U32 // epoch, instruction
         + (TAG + REFUSAL)
         + U32 // horizon
-        + 2 * per_axis(I32)
+        + 2 * per_axis(I64)
         + per_axis(U16)
         + per_axis(U32)
         + 2 * U32 // violations, lost
@@ -88,7 +88,7 @@ impl Payload for Feedback {
 }
 impl Payload for DemandTrace {
     const NAME: &'static str = "DemandTrace";
-    const MAX: usize = U32 + per_axis(I32);
+    const MAX: usize = U32 + per_axis(I64);
 }
 impl Payload for Event {
     const NAME: &'static str = "Event";

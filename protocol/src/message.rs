@@ -487,9 +487,9 @@ pub struct Feedback {
     /// How far ahead of now the set-point queue reaches, µs.
     pub horizon_us: u32,
     /// Actual motor positions in position units (`units::UNITS_PER_INCREMENT` per increment).
-    pub actual: PerAxis<i32>,
+    pub actual: PerAxis<i64>,
     /// Demanded motor positions in the same units and of the same instant.
-    pub demand: PerAxis<i32>,
+    pub demand: PerAxis<i64>,
     /// Motor currents, mA.
     pub current_ma: PerAxis<i16>,
     /// Greatest following error since the last message, position units.
@@ -509,7 +509,7 @@ pub struct DemandTrace {
     /// The servo step.
     pub step: u32,
     /// Demanded motor positions, position units.
-    pub demand: PerAxis<i32>,
+    pub demand: PerAxis<i64>,
 }
 
 /// The phases of homing one axis.

@@ -24,7 +24,7 @@ use crate::id::CanId;
 
 /// The longest payload of one transfer, padding included, bytes.
 ///
-/// The longest message is [`crate::message::Feedback`] at 222, plus 3 bytes of protection, plus at
+/// The longest message is [`crate::message::Feedback`] at 302, plus 3 bytes of protection, plus at
 /// most 15 bytes of padding (see the assertions in [`crate::codec`]).
 pub const MAX_TRANSFER: usize = 384;
 

@@ -67,7 +67,7 @@ fn motors(_: &Chain<7>, (q, dm, tau): &State) -> f64 {
         *q = 0.1 * *q + near;
     }
     let gravity: Vector3<f64> = STANDARD_GRAVITY;
-    Transmission::at(Irp6Track.description(), &q).map_or(f64::NAN, |transmission| {
+    Transmission::at(Irp6Track::KEEP.description(), &q).map_or(f64::NAN, |transmission| {
         let posture = IRP6_TRACK.at(&q);
         let accelerations =
             posture.motor_forward_dynamics(&transmission, dm, tau, &gravity, &Wrench::NONE);

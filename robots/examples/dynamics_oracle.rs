@@ -114,7 +114,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.get(1).copied() {
-        Some("irp6-track") => answer(&arguments, &IRP6_TRACK, &of_robot(&Irp6Track)),
+        Some("irp6-track") => answer(&arguments, &IRP6_TRACK, &of_robot(&Irp6Track::KEEP)),
         Some("irp6-postument") => answer(&arguments, &IRP6_POSTUMENT, &of_robot(&Irp6Postument)),
         Some("irp6-arm") => answer(&arguments, &IRP6_ARM, &[OPEN; 5]),
         Some("polycrank") => answer(&arguments, &POLYCRANK, &[OPEN; 7]),

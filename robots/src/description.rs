@@ -8,9 +8,10 @@
 use motion::Pose;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::quadratic::Quadratic;
 use crate::screw::ScrewTriangle;
 
-/// An inclusive range.
+/// An inclusive range; infinite ends where there is no bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Least allowed value.
@@ -20,16 +21,32 @@ pub struct Range {
 }
 
 impl Range {
+    /// No bounds: an axis that turns without end.
+    pub const UNLIMITED: Self = Self {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+    };
+
+    /// Whether both ends are bounds.
+    #[must_use]
+    pub const fn is_bounded(&self) -> bool {
+        self.lower.is_finite() && self.upper.is_finite()
+    }
+
     /// Whether the value is inside; a NaN is not.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         self.lower <= value && value <= self.upper
     }
 
-    /// The middle.
+    /// The middle; 0 of a range without both bounds.
     #[must_use]
     pub fn centre(&self) -> f64 {
-        0.5 * (self.lower + self.upper)
+        if self.is_bounded() {
+            0.5 * (self.lower + self.upper)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -79,6 +96,8 @@ pub enum Gearing {
     },
     /// A ball screw across a triangle.
     Screw(ScrewTriangle),
+    /// x = a quadratic of the travel: the jaws of a gripper.
+    Quadratic(Quadratic),
 }
 
 /// Greatest absolute values of a motor's motion.
@@ -92,13 +111,20 @@ pub struct MotorLimits {
     pub jerk: f64,
 }
 
-/// How one axis looks for its reference: towards the switch, stop, back off it, on to the index.
+/// How one axis finds its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisHoming {
-    /// Motor velocity towards the switch, rad/s. MRROC++ `regulator_irp6*_m.h`.
-    pub coarse_velocity: f64,
-    /// Motor velocity off the switch and on to the index pulse, rad/s. Same source.
-    pub fine_velocity: f64,
+pub enum AxisHoming {
+    /// Towards the switch, stop, back off it, on to the index. MRROC++ `servo_gr`.
+    Switch {
+        /// Motor velocity towards the switch, rad/s. MRROC++ `regulator_*.h`.
+        coarse_velocity: f64,
+        /// Motor velocity off the switch and on to the index pulse, rad/s. Same source.
+        fine_velocity: f64,
+    },
+    /// Motor angle 0 is where the axis stands: nothing moves. MRROC++ `sg_conv`.
+    InPlace,
+    /// The drive's encoder is absolute: its position 0 is motor angle 0; nothing moves.
+    Absolute,
 }
 
 /// What is common to the homing of all axes of a robot. MRROC++ `servo_gr`.

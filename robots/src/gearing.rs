@@ -9,14 +9,14 @@
 //!   ẋ = ṁ / m'        ẍ = (m̈ − m''·ẋ²) / m'
 //! ```
 //!
-//! where m' > 0 everywhere between the dead centres.
+//! where m' ≠ 0 everywhere between the dead centres; likewise for a quadratic.
 //!
 //! Where the gear drives a leg of a platform ([`Reference::Leg`]), the functions here take and give the
 //! leg's length, m, in the place of the joint: what joints have to do with it is the robot's own code.
 
 use crate::description::{AxisDescription, Gearing, Reference, RobotDescription};
 use crate::error::KinematicError;
-use crate::screw::OutOfTriangle;
+use crate::screw::{OutOfRange, Travel};
 use crate::space::{JointMotion, Joints, MotorMotion, Motors};
 
 /// Refuses infinities and NaN.
@@ -28,11 +28,11 @@ pub(crate) fn finite(values: &[f64]) -> Result<(), KinematicError> {
     }
 }
 
-/// The error of a screw triangle, at its axis.
+/// The error of a nonlinear gear, at its axis.
 pub(crate) fn at_axis(
     axis: usize,
     description: &AxisDescription,
-) -> impl Fn(OutOfTriangle) -> KinematicError {
+) -> impl Fn(OutOfRange) -> KinematicError {
     let name = description.name;
     move |out| KinematicError::Limit {
         axis,
@@ -93,6 +93,7 @@ pub(crate) fn motors<const N: usize>(
             Gearing::Linear { ratio } => ratio * x,
             Gearing::OnPrevious { ratio } => previous + ratio * x,
             Gearing::Screw(screw) => screw.travel(x).map_err(at_axis(k, axis))?.travel,
+            Gearing::Quadratic(law) => law.travel(x).map_err(at_axis(k, axis))?.travel,
         };
         *m = axis.synchro_motor_position + travel;
         previous = travel;
@@ -115,6 +116,7 @@ pub(crate) fn joints<const N: usize>(
             Gearing::Linear { ratio } => travel / ratio,
             Gearing::OnPrevious { ratio } => (travel - previous_travel) / ratio,
             Gearing::Screw(screw) => screw.angle(travel).map_err(at_axis(k, axis))?,
+            Gearing::Quadratic(law) => law.position(travel).map_err(at_axis(k, axis))?,
         };
         *q = match axis.reference {
             Reference::Joint => x,
@@ -125,6 +127,17 @@ pub(crate) fn joints<const N: usize>(
     }
     finite(&joints)?;
     Ok(Joints(joints))
+}
+
+/// ṁ and m̈ from ẋ and ẍ.
+fn curved(m: &Travel, dx: f64, ddx: f64) -> (f64, f64) {
+    (m.first * dx, m.second * dx * dx + m.first * ddx)
+}
+
+/// ẋ and ẍ from ṁ and m̈.
+fn curved_back(m: &Travel, dm: f64, ddm: f64) -> (f64, f64) {
+    let dx = dm / m.first;
+    (dx, (ddm - m.second * dx * dx) / m.first)
 }
 
 /// Motion of the motors from the motion of the joints.
@@ -149,10 +162,8 @@ pub(crate) fn motor_motion<const N: usize>(
         previous = match axis.gearing {
             Gearing::Linear { ratio } => (ratio * dx, ratio * ddx),
             Gearing::OnPrevious { ratio } => (previous.0 + ratio * dx, previous.1 + ratio * ddx),
-            Gearing::Screw(screw) => {
-                let m = screw.travel(x).map_err(at_axis(k, axis))?;
-                (m.first * dx, m.second * dx * dx + m.first * ddx)
-            }
+            Gearing::Screw(screw) => curved(&screw.travel(x).map_err(at_axis(k, axis))?, dx, ddx),
+            Gearing::Quadratic(law) => curved(&law.travel(x).map_err(at_axis(k, axis))?, dx, ddx),
         };
         (*dm, *ddm) = previous;
     }
@@ -188,9 +199,10 @@ pub(crate) fn joint_motion<const N: usize>(
                 ((dm - previous_m.0) / ratio, (ddm - previous_m.1) / ratio)
             }
             Gearing::Screw(screw) => {
-                let m = screw.travel(x).map_err(at_axis(k, axis))?;
-                let dx = dm / m.first;
-                (dx, (ddm - m.second * dx * dx) / m.first)
+                curved_back(&screw.travel(x).map_err(at_axis(k, axis))?, dm, ddm)
+            }
+            Gearing::Quadratic(law) => {
+                curved_back(&law.travel(x).map_err(at_axis(k, axis))?, dm, ddm)
             }
         };
         (*dq, *ddq) = match axis.reference {

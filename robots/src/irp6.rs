@@ -1,4 +1,4 @@
-//! The IRp-6, on its track and on its postument.
+//! The IRp-6: on its track, on its postument, with five axes, and the grippers of the first two.
 //!
 //! # Geometry
 //!
@@ -28,9 +28,13 @@
 
 pub(crate) mod arm;
 pub(crate) mod data;
+mod five;
+mod gripper;
 pub(crate) mod inverse;
 mod postument;
 mod track;
 
+pub use five::Irp6Arm;
+pub use gripper::Irp6Gripper;
 pub use postument::Irp6Postument;
-pub use track::Irp6Track;
+pub use track::{BEND_M, Irp6Track, TrackRule};

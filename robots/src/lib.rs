@@ -43,27 +43,37 @@
 )]
 
 pub mod assumed;
+mod conveyor;
 pub mod description;
 pub mod dynamics;
 pub mod error;
 mod gearing;
 pub mod irp6;
+mod orientation;
 mod planning;
+pub mod polycrank;
+mod quadratic;
 mod registry;
 pub mod report;
 pub mod rnt;
 mod robot;
 mod screw;
+mod slider;
 mod space;
 pub mod urdf;
 
 pub use assumed::{ASSUMED, Assumed};
-pub use description::{AxisDescription, Gearing, JointKind, Range, Reference, RobotDescription};
+pub use conveyor::Conveyor;
+pub use description::{
+    AxisDescription, AxisHoming, Gearing, JointKind, Range, Reference, RobotDescription,
+};
 pub use error::{KinematicError, Quantity};
-pub use irp6::{Irp6Postument, Irp6Track};
+pub use irp6::{Irp6Arm, Irp6Gripper, Irp6Postument, Irp6Track, TrackRule};
 pub use planning::{CURVATURE_SHARE, VELOCITY_SHARE, VelocityFactor};
-pub use registry::{RobotKind, UnknownRobot};
+pub use polycrank::Polycrank;
+pub use quadratic::Quadratic;
+pub use registry::{RobotKind, RobotVisitor, UnknownRobot};
 pub use rnt::Rnt;
 pub use robot::{Inverse, MAX_BRANCHES, Robot, distance};
-pub use screw::{ScrewTravel, ScrewTriangle};
+pub use screw::{ScrewTriangle, Travel};
 pub use space::{JointMotion, Joints, MotorMotion, Motors};

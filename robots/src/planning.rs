@@ -6,7 +6,7 @@
 //!   ṁ = m'·ẋ      m̈ = m'·ẍ + m''·ẋ²      d³m/dt³ = m'·d³x/dt³ + 3·m''·ẋ·ẍ + m'''·ẋ³
 //! ```
 //!
-//! where only screw triangles have m'' and m'''. The hard acceleration is shared out in three: the
+//! where only screw triangles and quadratics have m'' and m'''. The hard acceleration is shared out in three: the
 //! plan's own m'·ẍ (the planning ceiling, a sixth), the curvature m''·ẋ² ([`CURVATURE_SHARE`]), and
 //! the rest for a stop on the path. Velocity may use [`VELOCITY_SHARE`] of the hard limit. Jerk needs
 //! no such care: the planning jerk is a 40th of the hard limit and the two curvature terms, bounded by
@@ -60,6 +60,10 @@ pub(crate) fn least(a: f64, b: f64) -> f64 {
 
 pub(crate) fn greatest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
+}
+
+fn ordered(a: f64, b: f64) -> (f64, f64) {
+    if b < a { (b, a) } else { (a, b) }
 }
 
 /// One axis' transmission over its range: greatest |m'| and |m''| by the gear coordinate.
@@ -122,6 +126,15 @@ fn transmissions<const N: usize>(robot: &RobotDescription<N>) -> [Transmission; 
                         .unwrap_or(screw.most_curved()),
                 }
             }
+            // a quadratic's joint limits keep it off its dead centre: a test holds them to it
+            Gearing::Quadratic(law) => Transmission {
+                slope: law
+                    .slopes(reach.lower, reach.upper)
+                    .map_or(f64::INFINITY, |(low, high)| greatest(-low, high)),
+                curvature: law
+                    .curvature(reach.lower, reach.upper)
+                    .unwrap_or(f64::INFINITY),
+            },
         };
     }
     found
@@ -151,7 +164,7 @@ fn motor_bounds<const N: usize>(
         let own = (t.slope * x, t.curvature * x * x);
         previous = match axis.gearing {
             Gearing::OnPrevious { .. } => (previous.0 + own.0, previous.1 + own.1),
-            Gearing::Linear { .. } | Gearing::Screw(_) => own,
+            Gearing::Linear { .. } | Gearing::Screw(_) | Gearing::Quadratic(_) => own,
         };
         (*linear, *curved) = previous;
     }
@@ -297,11 +310,12 @@ pub(crate) fn limits_along<const N: usize>(
             Gearing::Screw(screw) => {
                 let (low, high) = screw.slopes(a, b).map_err(at_axis(k, axis))?;
                 curvature = screw.curvature(a, b).map_err(at_axis(k, axis))? * dx * dx;
-                if dx < 0.0 {
-                    (high * dx, low * dx)
-                } else {
-                    (low * dx, high * dx)
-                }
+                ordered(low * dx, high * dx)
+            }
+            Gearing::Quadratic(law) => {
+                let (low, high) = law.slopes(a, b).map_err(at_axis(k, axis))?;
+                curvature = law.curvature(a, b).map_err(at_axis(k, axis))? * dx * dx;
+                ordered(low * dx, high * dx)
             }
         };
         let slope = greatest(previous.0.abs(), previous.1.abs());

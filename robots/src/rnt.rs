@@ -50,6 +50,7 @@ use motion::{AxisLimits, Pose};
 use nalgebra::{ArrayStorage, SMatrix};
 
 use crate::description::RobotDescription;
+use crate::dynamics::{Chain, rnt_chain};
 use crate::error::KinematicError;
 use crate::gearing::{self, finite};
 use crate::planning::VelocityFactor;
@@ -132,6 +133,10 @@ impl Robot<6> for Rnt {
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
         }
+    }
+
+    fn chain(&self) -> Option<Chain<6>> {
+        Some(rnt_chain(assumed::WRIST_MOUNT_RAD))
     }
 
     fn jacobian(&self, joints: &Joints<6>) -> SMatrix<f64, 6, 6> {

@@ -4,13 +4,14 @@ use motion::{AxisLimits, Pose};
 use nalgebra::SMatrix;
 
 use crate::description::RobotDescription;
+use crate::dynamics::Chain;
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::{self, finite};
 use crate::planning::{self, VelocityFactor};
 use crate::space::{JointMotion, Joints, MotorMotion, Motors};
 
-/// The most branches an inverse kinematic problem here has: 2 sides of the column × 2 wrists × 4
-/// turns of V.
+/// The most branches an inverse kinematic problem here has: on the IRp-6 2 sides of the column × 2
+/// wrists × 4 turns of V.
 pub const MAX_BRANCHES: usize = 16;
 
 /// All solutions of an inverse kinematic problem inside the joint limits; at least one.
@@ -41,7 +42,7 @@ impl<const N: usize> Inverse<N> {
         Some(inverse)
     }
 
-    /// Every solution, in the order side of the column, wrist, turns of V.
+    /// Every solution, in the order of its robot: side of the column, wrist, turns of V; plane, bends.
     #[must_use]
     pub fn branches(&self) -> &[Joints<N>] {
         self.branches.get(..self.count).unwrap_or(&[])
@@ -79,6 +80,12 @@ pub fn distance<const N: usize>(a: &Joints<N>, b: &Joints<N>) -> f64 {
 
 /// A robot: its constants, its transmission and its kinematics.
 ///
+/// A robot of fewer than six axes answers for what its axes can set, and says which that is: the
+/// five-axis IRp-6 for the position and the direction of A, so that its [`Robot::forward`] of an
+/// answer may differ from the pose by a turn about A; conveyor and grippers for a position on their
+/// line, and a pose off it is [`KinematicError::Unreachable`]. One of more than six axes has a rule
+/// for what is left free, and says it.
+///
 /// Frames: poses are those of the flange in the robot's base frame; see
 /// [`RobotDescription::base`] and [`RobotDescription::default_tool`] for the rest.
 pub trait Robot<const N: usize> {
@@ -88,8 +95,8 @@ pub trait Robot<const N: usize> {
     /// Flange in the base frame. A NaN goes through.
     fn forward(&self, joints: &Joints<N>) -> Pose;
 
-    /// Every configuration inside the joint limits that reaches `flange`, each verified by
-    /// [`Robot::forward`], and the one nearest to `near`.
+    /// Every configuration inside the joint limits that reaches `flange` (a redundant robot: by its
+    /// rule), each verified by [`Robot::forward`], and the one nearest to `near`.
     ///
     /// Motor limits are left to [`Robot::check_motors`]: were they applied here, a path that runs
     /// into one would jump to another branch instead of ending in an error.
@@ -114,6 +121,11 @@ pub trait Robot<const N: usize> {
     /// Geometric Jacobian of the flange in the base frame: rows 0–2 linear velocity, m/s, rows 3–5
     /// angular velocity, rad/s, per rad/s (or m/s) of each joint.
     fn jacobian(&self, joints: &Joints<N>) -> SMatrix<f64, 6, N>;
+
+    /// Its links as rigid bodies, with masses that are ASSUMED; none where no link moves another.
+    fn chain(&self) -> Option<Chain<N>> {
+        None
+    }
 
     /// Joint positions of motor angles. Position limits are not checked.
     ///

@@ -49,23 +49,23 @@ pub struct ScrewTriangle {
     pub rad_per_mm: f64,
 }
 
-/// Motor travel from the synchronisation offset as a function of the link angle, with its
+/// Motor travel from the synchronisation offset as a function of the gear coordinate x, with its
 /// derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScrewTravel {
+pub struct Travel {
     /// m, rad.
     pub travel: f64,
-    /// dm/dt, rad/rad.
+    /// dm/dx, rad/rad or rad/m.
     pub first: f64,
-    /// d²m/dt², rad/rad².
+    /// d²m/dx², rad/rad² or rad/m².
     pub second: f64,
-    /// d³m/dt³, rad/rad³.
+    /// d³m/dx³, rad/rad³ or rad/m³.
     pub third: f64,
 }
 
-/// A value outside what the triangle can do.
+/// A value outside what a gear can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OutOfTriangle {
+pub(crate) struct OutOfRange {
     pub(crate) quantity: Quantity,
     pub(crate) value: f64,
     pub(crate) lower: f64,
@@ -107,10 +107,10 @@ impl ScrewTriangle {
     }
 
     /// Motor travel at link angle `t`, rad.
-    pub(crate) fn travel(&self, t: f64) -> Result<ScrewTravel, OutOfTriangle> {
+    pub(crate) fn travel(&self, t: f64) -> Result<Travel, OutOfRange> {
         let (lower, upper) = self.angles();
         if !(lower < t && t < upper) {
-            return Err(OutOfTriangle {
+            return Err(OutOfRange {
                 quantity: Quantity::ScrewAngle,
                 value: t,
                 lower,
@@ -127,7 +127,7 @@ impl ScrewTriangle {
         let second = (-0.5 * d * cos - first * first) / length;
         let third = (0.5 * d * sin - 3.0 * first * second) / length;
         let g = self.rad_per_mm;
-        Ok(ScrewTravel {
+        Ok(Travel {
             travel: g * (length - self.reference_length_mm),
             first: g * first,
             second: g * second,
@@ -136,11 +136,11 @@ impl ScrewTriangle {
     }
 
     /// Link angle, rad, at a motor travel from the synchronisation offset, rad.
-    pub(crate) fn angle(&self, travel: f64) -> Result<f64, OutOfTriangle> {
+    pub(crate) fn angle(&self, travel: f64) -> Result<f64, OutOfRange> {
         let length = travel / self.rad_per_mm + self.reference_length_mm;
         let (lower, upper) = self.lengths_mm();
         if !(lower < length && length < upper) {
-            return Err(OutOfTriangle {
+            return Err(OutOfRange {
                 quantity: Quantity::ScrewLength,
                 value: length,
                 lower,
@@ -152,7 +152,7 @@ impl ScrewTriangle {
     }
 
     /// The least and greatest dm/dt over link angles between `a` and `b`, rad/rad.
-    pub(crate) fn slopes(&self, a: f64, b: f64) -> Result<(f64, f64), OutOfTriangle> {
+    pub(crate) fn slopes(&self, a: f64, b: f64) -> Result<(f64, f64), OutOfRange> {
         let (at_a, at_b) = (self.travel(a)?.first, self.travel(b)?.first);
         let (low, high) = if at_a < at_b {
             (at_a, at_b)
@@ -177,7 +177,7 @@ impl ScrewTriangle {
     }
 
     /// The greatest |d²m/dt²| over link angles between `a` and `b`, rad/rad².
-    pub(crate) fn curvature(&self, a: f64, b: f64) -> Result<f64, OutOfTriangle> {
+    pub(crate) fn curvature(&self, a: f64, b: f64) -> Result<f64, OutOfRange> {
         let (at_a, at_b) = (self.travel(a)?.second.abs(), self.travel(b)?.second.abs());
         Ok(if at_a < at_b { at_b } else { at_a })
     }

@@ -13,7 +13,7 @@ use protocol::message::{
 };
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::RobotKind;
+use robots::{RobotKind, TrackRule};
 use std::collections::VecDeque;
 
 /// The velocity factor of these tests.
@@ -55,12 +55,13 @@ impl Coordinator {
             law,
             velocity_factor: FACTOR,
             one_wire: false,
+            track: TrackRule::Keep,
         };
-        cell.add(kind, &station, drive_buses(kind), seed)
+        cell.add(kind, &station, &drive_buses(kind), seed)
             .expect("a cell of one robot");
         Self {
             cell,
-            watch: Watch::new(kind, 1, law, FACTOR, 1, drive_buses(kind)),
+            watch: Watch::new(kind, 1, law, FACTOR, 1, &drive_buses(kind)),
             talks: true,
             node: NodeId::effector(1).expect("the first effector"),
             link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd),

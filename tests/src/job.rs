@@ -54,6 +54,7 @@ pub fn run(task: Task, observer: &mut impl Observer) -> (Option<RunError>, Cell)
             law: spec.servo,
             velocity_factor: spec.velocity_factor,
             one_wire: false,
+            track: spec.track,
         };
         let mut buses = vec![0_u8; spec.axes()];
         for (number, group) in (0_u8..).zip(&spec.drives) {

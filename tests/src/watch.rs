@@ -22,6 +22,7 @@ use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{DemandTrace, Feedback, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
+use protocol::units::nearest;
 use robots::RobotKind;
 use std::fs::File;
 use std::io::BufReader;
@@ -169,7 +170,12 @@ impl Watch {
             let torque = axis.has_torque();
             match axis.target.take() {
                 Some(target) if torque => {
-                    found.extend(axis.push(i64::from(target)));
+                    // a drive's 32 bits are modulo 2³²
+                    let units = match axis.history.last() {
+                        Some(last) => nearest(target, last),
+                        None => i64::from(target),
+                    };
+                    found.extend(axis.push(units));
                     checked = true;
                 }
                 None if torque => found.push((Quantity::Missing, 1.0, 0.0)),
@@ -239,7 +245,7 @@ impl Watch {
                 continue;
             }
             checked = true;
-            let demand = i64::from(*demand);
+            let demand = *demand;
             if homing && axis.counts_anew(demand) {
                 continue;
             }

@@ -227,7 +227,7 @@ fn follow(c: &mut Coordinator, span: f64, count: u32, whole: bool) -> f64 {
     let from: Vec<f64> = demand
         .iter()
         .enumerate()
-        .map(|(axis, units)| f64::from(*units) * unit(axis))
+        .map(|(axis, units)| f64::from(i32::try_from(*units).unwrap()) * unit(axis))
         .collect();
     let knots = knots(&from, span, count, whole);
     c.watch.forget_worst();

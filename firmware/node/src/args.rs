@@ -5,7 +5,7 @@ use clap::{Parser, ValueEnum};
 use process::End;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
-use robots::RobotKind;
+use robots::{RobotKind, TrackRule};
 use std::ffi::OsString;
 
 /// For `--help`.
@@ -27,12 +27,13 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "mrroc-node", version, after_help = EXIT_CODES)]
 struct Raw {
-    /// The robot: irp6-track or irp6-postument
+    /// The robot: irp6-track, irp6-postument, polycrank, irp6-arm, conveyor, irp6-track-gripper or
+    /// irp6-postument-gripper
     robot: String,
     /// Where MP and drives are: hub, hub:PORT, hub:HOST:PORT (this machine) or can:INTERFACE
     #[arg(long)]
     bus: Place,
-    /// The effector's number j, from 1 [default: irp6-track 1, irp6-postument 2]
+    /// The effector's number j, from 1 [default: by the robot, irp6-track 1, irp6-postument 2, …]
     #[arg(long, value_name = "J")]
     effector: Option<u8>,
     /// How the loops are closed at start
@@ -41,6 +42,9 @@ struct Raw {
     /// Fraction of the motors' hard velocity limit that may be used, 0 < F <= 1
     #[arg(long, value_name = "F", default_value_t = 0.2)]
     velocity_factor: f64,
+    /// Where poses put the track of irp6-track; the cell file of the MP must say the same
+    #[arg(long, value_enum, default_value = "keep")]
+    track: Track,
     /// JSON lines on stdout: every event as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -56,6 +60,14 @@ enum Law {
     FeedForward,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Track {
+    /// It stays where it stands
+    Keep,
+    /// In front of the tool, so that the column looks straight ahead
+    InFront,
+}
+
 /// What is to be run.
 #[derive(Debug)]
 pub(crate) struct Args {
@@ -69,6 +81,8 @@ pub(crate) struct Args {
     pub(crate) law: ServoLaw,
     /// Fraction of the velocity limit.
     pub(crate) velocity_factor: f64,
+    /// Where the track goes.
+    pub(crate) track: TrackRule,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -93,6 +107,9 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             raw.velocity_factor
         )));
     }
+    if raw.track != Track::Keep && robot != RobotKind::Irp6Track {
+        return Err(End::usage(format!("--track: {robot} has no track")));
+    }
     Ok(Args {
         robot,
         place: raw.bus,
@@ -103,6 +120,10 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Law::FeedForward => ServoLaw::FeedForward,
         },
         velocity_factor: raw.velocity_factor,
+        track: match raw.track {
+            Track::Keep => TrackRule::Keep,
+            Track::InFront => TrackRule::InFront,
+        },
         json: raw.json,
     })
 }

@@ -8,13 +8,14 @@ use crate::ports::{self, Ports};
 use crate::printer::Printer;
 use crate::report::Report;
 use bus::now;
-use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
+use firmware::process::buses_of;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
 use process::{End, exit};
 use protocol::id::NodeId;
 use protocol::time::Micros;
-use robots::{Irp6Postument, Irp6Track, RobotKind};
+use robots::{Robot, RobotKind, RobotVisitor};
 use serde_json::json;
+use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -33,6 +34,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         law: args.law,
         velocity_factor: args.velocity_factor,
         one_wire: opened.one_wire,
+        track: args.track,
     };
     let asked = Arc::new(AtomicU8::new(0));
     let asking = Arc::clone(&asked);
@@ -40,12 +42,15 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         asking.fetch_add(1, Ordering::Relaxed);
     })
     .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
-    let node = build(args.robot, &station).map_err(|error| {
-        End::new(
-            exit::USAGE,
-            format!("{} as effector {}: {error}", args.robot, args.effector),
-        )
-    })?;
+    let node = args
+        .robot
+        .visit(args.track, Build(&station))
+        .map_err(|error| {
+            End::new(
+                exit::USAGE,
+                format!("{} as effector {}: {error}", args.robot, args.effector),
+            )
+        })?;
     let identity = node.identity();
     let half = Micros(u64::from(identity.servo_step_us) / 2);
     let mut work = Work {
@@ -73,20 +78,19 @@ fn unique_id() -> u64 {
     u64::from(std::process::id()) << 32 ^ u64::try_from(since.as_micros()).unwrap_or(0)
 }
 
-fn build(robot: RobotKind, station: &Station) -> Result<Box<dyn NodeProcess>, ConfigError> {
-    let now = now();
-    Ok(match robot {
-        RobotKind::Irp6Track => Box::new(Node::new(
-            now,
-            Irp6Track,
-            station.config(IRP6_TRACK_BUSES)?,
-        )?),
-        RobotKind::Irp6Postument => Box::new(Node::new(
-            now,
-            Irp6Postument,
-            station.config(IRP6_POSTUMENT_BUSES)?,
-        )?),
-    })
+/// Makes the node of a robot.
+struct Build<'a>(&'a Station);
+
+impl RobotVisitor for Build<'_> {
+    type Output = Result<Box<dyn NodeProcess>, ConfigError>;
+
+    fn visit<R, const N: usize>(self, robot: R) -> Self::Output
+    where
+        R: Robot<N> + Copy + Debug + Send + Sync + 'static,
+    {
+        let config = self.0.config(buses_of(&robot))?;
+        Ok(Box::new(Node::new(now(), robot, config)?))
+    }
 }
 
 struct Work {

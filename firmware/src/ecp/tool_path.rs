@@ -33,6 +33,8 @@ const FINEST: f64 = 2e-4;
 const SHORT: f64 = 4.0;
 /// The motion is smoothed over this times acceleration by jerk: see [`motion::feed`].
 const SMOOTHING: f64 = 2.0 / 0.65;
+/// Farther apart, rad or m, the joints where a path begins are not those where the robot is.
+const BESIDE: f64 = 1e-4;
 /// Share of the samples that lies ahead of the tool, and must hold the way to a stop.
 const AHEAD: f64 = 0.7;
 
@@ -174,6 +176,22 @@ fn step(point: &PathPoint) -> f64 {
     by(BEND / bend(point), by(libm::sqrt(BEND / third), DELTA))
 }
 
+/// Are these the same joints?
+#[expect(clippy::cast_possible_truncation, reason = "a report")]
+fn beside<const N: usize>(begin: &Joints<N>, here: &Joints<N>) -> Result<(), Refusal> {
+    for (axis, (begin, here)) in begin.0.iter().zip(&here.0).enumerate() {
+        if libm::fabs(begin - here) > BESIDE {
+            return Err(Refusal::OutOfRange {
+                index: u8::try_from(axis).unwrap_or(u8::MAX),
+                value: *here as f32,
+                lower: (begin - BESIDE) as f32,
+                upper: (begin + BESIDE) as f32,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// A path on its way: what the tool has before it, and where it is.
 #[derive(Clone, Debug)]
 pub struct ToolPath<const N: usize> {
@@ -205,7 +223,8 @@ impl<const N: usize> ToolPath<N> {
     /// At rest, with no path yet.
     ///
     /// # Errors
-    /// [`Refusal::NotFinite`] if the limits admit no motion.
+    /// [`Refusal::NotFinite`] if the limits admit no motion; [`Refusal::OutOfRange`] if the robot's rule for
+    /// its redundancy has it elsewhere than it stands: a path cannot begin with a jump.
     pub fn begin<R: Robot<N>>(
         motion: &ToolMotion<R, N>,
         from: &Joints<N>,
@@ -230,13 +249,17 @@ impl<const N: usize> ToolPath<N> {
                 j: Some(SMOOTHING * angular_acceleration_rad_s2 / smoothing),
             },
         };
+        let last = motion.robot.forward(from) * motion.t_flange_tool;
+        if let Ok(begin) = motion.joints(&last, from) {
+            beside(&begin, from)?;
+        }
         let grid = motion.grid();
         let feed = Feed::new(&limits, grid, motion.macrostep_s)
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
         Ok(Self {
             path: Path::new().without_blends_below(0.5 * grid),
             curve: None,
-            last: motion.robot.forward(from) * motion.t_flange_tool,
+            last,
             ended: false,
             feed,
             grid,

@@ -4,7 +4,7 @@ use crate::edp::servo::{Demand, FeedForwardGains, FeedForwardState, OriginalGain
 use protocol::canopen::axis::Target;
 use protocol::canopen::cia402::{Goal, Master, PowerState, Statusword};
 use protocol::message::ServoLaw;
-use protocol::units::UNITS_PER_INCREMENT;
+use protocol::units::{UNITS_PER_INCREMENT, modulo, nearest};
 
 /// Constants of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +75,10 @@ impl Axis {
 
     /// Motor angle of a position in drive units, rad.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "drive units fit 32 bits")]
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "2^53 units are years of turning"
+    )]
     pub fn rad(&self, units: i64) -> f64 {
         (units - self.zero) as f64 / self.constants.units_per_rad
     }
@@ -84,7 +87,7 @@ impl Axis {
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "saturates; then limited to 32 bits"
+        reason = "saturates beyond years of turning"
     )]
     pub fn units(&self, rad: f64) -> i64 {
         libm::round(rad * self.constants.units_per_rad) as i64 + self.zero
@@ -124,7 +127,10 @@ impl Axis {
 
     /// Demand minus actual of the same instant, rad.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "drive units fit 32 bits")]
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "2^53 units are years of turning"
+    )]
     pub fn following_error_rad(&self) -> f64 {
         (self.demand_from_zero() - self.actual_from_zero()) as f64 / self.constants.units_per_rad
     }
@@ -136,9 +142,20 @@ impl Axis {
         worst
     }
 
+    /// The position, drive units, that the drive's 32 bits mean: of all that differ by 2³² the one
+    /// nearest to the last measured.
+    #[must_use]
+    pub fn unwrapped(&self, units: i32) -> i64 {
+        if self.known {
+            nearest(units, self.actual)
+        } else {
+            i64::from(units)
+        }
+    }
+
     /// A new measurement, drive units; `false` if the encoder cannot have moved that far.
     pub fn measure(&mut self, units: i32) -> bool {
-        let units = i64::from(units);
+        let units = self.unwrapped(units);
         let plausible = !self.known || (units - self.actual).abs() <= self.constants.jump_units;
         self.actual = units;
         self.known = true;
@@ -201,7 +218,7 @@ impl Axis {
         }
         let ma = match self.law {
             ServoLaw::DrivePosition => {
-                return Target::Position(narrow(units));
+                return Target::Position(modulo(units));
             }
             // torque only once the drive follows, else the integrals wind up
             _ if !follows => 0.0,
@@ -228,7 +245,7 @@ impl Axis {
     pub fn idle(&mut self) -> Target {
         self.demands = [self.actual; 3];
         match self.law {
-            ServoLaw::DrivePosition => Target::Position(narrow(self.actual)),
+            ServoLaw::DrivePosition => Target::Position(modulo(self.actual)),
             ServoLaw::Original | ServoLaw::FeedForward => Target::Torque(0),
         }
     }
@@ -257,11 +274,6 @@ impl Axis {
 )]
 fn increments(units: i64) -> f64 {
     units as f64 / UNITS_PER_INCREMENT as f64
-}
-
-/// The 32 bits of the drive's position.
-fn narrow(units: i64) -> i32 {
-    i32::try_from(units).unwrap_or(if units < 0 { i32::MIN } else { i32::MAX })
 }
 
 fn per_mille_i16(x: f64) -> i16 {

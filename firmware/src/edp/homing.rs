@@ -3,20 +3,20 @@
 //! Each axis: **coarse** towards the home switch → ramp down and **settle** on it → **back off**
 //! slowly until it releases → go on to the encoder **index**, whose latched position becomes motor
 //! angle 0 → return to 0. Every phase has its own error. Velocities change with limited acceleration
-//! and jerk, as in any motion.
+//! and jerk, as in any motion. An axis without a switch does not move: its zero is where it stands, or
+//! where its absolute encoder has it.
 
 use motion::profile::{AxisLimits, Profile};
 use motion::ramp::{Ramp, RampState};
 use protocol::fault::Cause;
 use protocol::message::HomingPhase;
+use robots::AxisHoming as Way;
 
 /// What homing needs to know of an axis; motor shaft, rad and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomingParameters {
-    /// Velocity towards the switch (negative in the original's robots), rad/s.
-    pub coarse_rad_s: f64,
-    /// Velocity off the switch and to the index, rad/s.
-    pub fine_rad_s: f64,
+    /// How the axis finds its reference.
+    pub way: Way,
     /// The farthest the axis may travel looking for its switch, rad.
     pub travel_rad: f64,
     /// Limits for ramps and for the return to zero.
@@ -27,7 +27,8 @@ pub struct HomingParameters {
 const SETTLE_S: f64 = 0.5;
 /// The switch must be seen for so many consecutive samples: MRROC++'s debounce.
 const DEBOUNCE: u8 = 3;
-/// Backing off farther than this without release is an error, rad of the motor shaft: two turns.
+/// Backing off so much farther than the way in without release is an error, rad of the motor shaft:
+/// two turns.
 const RELEASE_TRAVEL_RAD: f64 = 4.0 * core::f64::consts::PI;
 /// The index comes once a turn; a quarter is allowed for the ramp.
 const INDEX_TRAVEL_RAD: f64 = 2.5 * core::f64::consts::PI;
@@ -40,6 +41,8 @@ pub struct Inputs {
     /// The position latched at the index, once the drive reports it; rad from the same origin as
     /// the set-points.
     pub index_rad: Option<f64>,
+    /// Where the drive counts from; rad from the same origin as the set-points.
+    pub origin_rad: f64,
 }
 
 /// What homing asks of the EDP.
@@ -54,7 +57,7 @@ pub enum Action {
         /// Position of the index, rad from the old origin.
         index_rad: f64,
     },
-    /// The axis is homed and rests at 0.
+    /// The axis is homed and rests, at 0 if it had to look for it.
     Finished,
 }
 
@@ -104,14 +107,44 @@ type State = (f64, f64, f64);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    Coarse { ramp: Change, from: f64 },
-    Settle { ramp: Change, rested: f64 },
-    BackOff { ramp: Change, from: f64 },
-    Index { ramp: Change, from: f64 },
-    SlowDown { ramp: Change, index: f64 },
-    Return { profile: Profile, from: f64, t: f64 },
-    Done,
-    Aborted { ramp: Change },
+    Coarse {
+        ramp: Change,
+        from: f64,
+    },
+    /// `seen` is where the switch was.
+    Settle {
+        ramp: Change,
+        rested: f64,
+        seen: f64,
+    },
+    BackOff {
+        ramp: Change,
+        from: f64,
+        way: f64,
+    },
+    Index {
+        ramp: Change,
+        from: f64,
+    },
+    SlowDown {
+        ramp: Change,
+        index: f64,
+    },
+    Return {
+        profile: Profile,
+        from: f64,
+        t: f64,
+    },
+    /// No motion: the zero is set, then homing is done.
+    Known {
+        zeroed: bool,
+    },
+    Done {
+        at: f64,
+    },
+    Aborted {
+        ramp: Change,
+    },
 }
 
 /// Homing of one axis.
@@ -130,16 +163,19 @@ impl AxisHoming {
     #[must_use]
     pub fn new(parameters: HomingParameters, position: f64, switch: bool) -> Self {
         let ramp = |v1| Change::new((position, 0.0, 0.0), v1, &parameters.limits);
-        let phase = if switch {
-            Phase::Settle {
+        let phase = match parameters.way {
+            Way::Switch { .. } if switch => Phase::Settle {
                 ramp: ramp(0.0),
                 rested: 0.0,
-            }
-        } else {
-            Phase::Coarse {
-                ramp: ramp(parameters.coarse_rad_s),
+                seen: position,
+            },
+            Way::Switch {
+                coarse_velocity, ..
+            } => Phase::Coarse {
+                ramp: ramp(coarse_velocity),
                 from: position,
-            }
+            },
+            Way::InPlace | Way::Absolute => Phase::Known { zeroed: false },
         };
         Self {
             parameters,
@@ -157,16 +193,17 @@ impl AxisHoming {
             Phase::Coarse { .. } => HomingPhase::Coarse,
             Phase::Settle { .. } => HomingPhase::Settle,
             Phase::BackOff { .. } => HomingPhase::BackOff,
-            Phase::Index { .. } | Phase::SlowDown { .. } | Phase::Return { .. } => {
-                HomingPhase::Index
-            }
-            Phase::Done | Phase::Aborted { .. } => HomingPhase::Done,
+            Phase::Index { .. }
+            | Phase::SlowDown { .. }
+            | Phase::Return { .. }
+            | Phase::Known { .. } => HomingPhase::Index,
+            Phase::Done { .. } | Phase::Aborted { .. } => HomingPhase::Done,
         }
     }
 
     /// Slow down to rest, whatever the phase.
     pub fn abort(&mut self) {
-        if !matches!(self.phase, Phase::Aborted { .. } | Phase::Done) {
+        if !matches!(self.phase, Phase::Aborted { .. } | Phase::Done { .. }) {
             let limits = &self.parameters.limits;
             self.phase = Phase::Aborted {
                 ramp: Change::new(self.last, 0.0, limits),
@@ -179,7 +216,7 @@ impl AxisHoming {
     pub fn at_rest(&self) -> bool {
         match self.phase {
             Phase::Aborted { ramp } => ramp.finished(),
-            Phase::Done => true,
+            Phase::Done { .. } => true,
             _ => false,
         }
     }
@@ -206,10 +243,9 @@ impl AxisHoming {
     pub fn step(&mut self, inputs: Inputs, ts: f64) -> Result<Output, Cause> {
         let switch = self.debounce(inputs.switch);
         let HomingParameters {
-            fine_rad_s,
+            way: method,
             travel_rad,
             limits,
-            ..
         } = self.parameters;
         let mut action = Action::None;
         let (position, velocity, acceleration) = match &mut self.phase {
@@ -219,13 +255,14 @@ impl AxisHoming {
                     self.phase = Phase::Settle {
                         ramp: Change::new(s, 0.0, &limits),
                         rested: 0.0,
+                        seen: s.0,
                     };
                 } else if libm::fabs(s.0 - *from) > travel_rad {
                     return Err(Cause::HomingSwitchNotFound);
                 }
                 s
             }
-            Phase::Settle { ramp, rested } => {
+            Phase::Settle { ramp, rested, seen } => {
                 let s = ramp.advance(ts);
                 if ramp.finished() {
                     *rested += ts;
@@ -234,15 +271,20 @@ impl AxisHoming {
                     }
                     if *rested >= SETTLE_S {
                         action = Action::ArmIndex;
+                        let fine = match method {
+                            Way::Switch { fine_velocity, .. } => fine_velocity,
+                            Way::InPlace | Way::Absolute => 0.0,
+                        };
                         self.phase = Phase::BackOff {
-                            ramp: Change::new(s, fine_rad_s, &limits),
+                            ramp: Change::new(s, fine, &limits),
                             from: s.0,
+                            way: libm::fabs(s.0 - *seen) + RELEASE_TRAVEL_RAD,
                         };
                     }
                 }
                 s
             }
-            Phase::BackOff { ramp, from } => {
+            Phase::BackOff { ramp, from, way } => {
                 let s = ramp.advance(ts);
                 if !switch {
                     // an index passed while the switch was still active is not the one meant
@@ -251,7 +293,7 @@ impl AxisHoming {
                         ramp: *ramp,
                         from: s.0,
                     };
-                } else if libm::fabs(s.0 - *from) > RELEASE_TRAVEL_RAD {
+                } else if libm::fabs(s.0 - *from) > *way {
                     return Err(Cause::HomingSwitchStuck);
                 }
                 s
@@ -293,13 +335,29 @@ impl AxisHoming {
                 let s = profile.at(*t);
                 if *t >= profile.duration() {
                     action = Action::Finished;
-                    self.phase = Phase::Done;
+                    self.phase = Phase::Done { at: 0.0 };
                     (0.0, 0.0, 0.0)
                 } else {
                     (*from + direction * s.p, direction * s.v, direction * s.a)
                 }
             }
-            Phase::Done => (0.0, 0.0, 0.0),
+            Phase::Known { zeroed: false } => {
+                let (here, ..) = self.last;
+                let index_rad = match method {
+                    Way::Absolute => inputs.origin_rad,
+                    Way::InPlace | Way::Switch { .. } => here,
+                };
+                action = Action::SetZero { index_rad };
+                self.phase = Phase::Known { zeroed: true };
+                (here - index_rad, 0.0, 0.0)
+            }
+            Phase::Known { zeroed: true } => {
+                let (at, ..) = self.last;
+                action = Action::Finished;
+                self.phase = Phase::Done { at };
+                (at, 0.0, 0.0)
+            }
+            Phase::Done { at } => (*at, 0.0, 0.0),
             Phase::Aborted { ramp } => ramp.advance(ts),
         };
         self.last = (position, velocity, acceleration);
@@ -325,8 +383,10 @@ mod test {
         j: 1500.0,
     };
     const COLUMN: HomingParameters = HomingParameters {
-        coarse_rad_s: -15.0,
-        fine_rad_s: 3.5,
+        way: Way::Switch {
+            coarse_velocity: -15.0,
+            fine_velocity: 3.5,
+        },
         travel_rad: 1000.0,
         limits: LIMITS,
     };
@@ -350,6 +410,7 @@ mod test {
                 let inputs = Inputs {
                     switch: switch(self.last + self.origin, homing.phase()),
                     index_rad: self.latched,
+                    origin_rad: -self.origin,
                 };
                 let out = homing.step(inputs, TS)?;
                 match out.action {
@@ -426,6 +487,71 @@ mod test {
     }
 
     #[test]
+    fn an_axis_without_a_switch_is_homed_where_it_stands() {
+        for (way, origin) in [(Way::InPlace, 5.0), (Way::Absolute, 5.0)] {
+            let parameters = HomingParameters { way, ..COLUMN };
+            // a switch that is active, if there is one, is nothing to it
+            let mut homing = AxisHoming::new(parameters, 12.5, true);
+            let inputs = Inputs {
+                switch: true,
+                index_rad: None,
+                origin_rad: origin,
+            };
+            let zero = if way == Way::InPlace { 12.5 } else { 5.0 };
+            let first = homing.step(inputs, TS).unwrap();
+            assert_eq!(first.action, Action::SetZero { index_rad: zero });
+            for (k, action) in [Action::Finished, Action::None, Action::None]
+                .iter()
+                .enumerate()
+            {
+                let out = homing.step(inputs, TS).unwrap();
+                assert_eq!(out.action, *action, "{k}");
+                // it rests, counted from its new zero
+                assert!((out.position - (12.5 - zero)).abs() < 1e-12, "{k} {out:?}");
+                assert!(out.velocity.abs() < 1e-12 && out.acceleration.abs() < 1e-12);
+            }
+            assert!(homing.at_rest());
+            assert_eq!(homing.phase(), HomingPhase::Done);
+        }
+    }
+
+    #[test]
+    fn a_fast_axis_has_as_far_to_come_back_as_it_took_to_stop() {
+        let fast = HomingParameters {
+            way: Way::Switch {
+                coarse_velocity: -250.0,
+                fine_velocity: 25.0,
+            },
+            travel_rad: 7000.0,
+            limits: AxisLimits {
+                v: 910.0,
+                a: 1500.0,
+                j: 15_000.0,
+            },
+        };
+        let mut homing = AxisHoming::new(fast, 300.0, false);
+        let (mut p, mut lowest) = (300.0, 300.0);
+        let mut released = false;
+        for _ in 0..5_000 {
+            let inputs = Inputs {
+                switch: p < -2.0,
+                index_rad: (released && p > 0.0).then_some(0.0),
+                origin_rad: 0.0,
+            };
+            let out = homing.step(inputs, TS).unwrap();
+            released |= homing.phase() == HomingPhase::Index;
+            p = out.position;
+            lowest = if p < lowest { p } else { lowest };
+            if out.action == Action::Finished {
+                // farther below the switch than the two turns of a slow axis
+                assert!(lowest < -2.0 - RELEASE_TRAVEL_RAD, "{lowest}");
+                return;
+            }
+        }
+        panic!("homing does not end at {p}");
+    }
+
+    #[test]
     fn bounce_is_ignored_and_each_phase_has_its_error() {
         let mut n = 0;
         let mut b = bench();
@@ -455,6 +581,7 @@ mod test {
                 Inputs {
                     switch: p < -2.0,
                     index_rad: None,
+                    origin_rad: 0.0,
                 },
                 TS,
             ) {

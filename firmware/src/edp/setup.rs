@@ -92,8 +92,7 @@ impl<const N: usize> EdpSetup<N> {
             master: config.master,
             axes,
             homing: description.axes.each_ref().map(|axis| HomingParameters {
-                coarse_rad_s: axis.homing.coarse_velocity,
-                fine_rad_s: axis.homing.fine_velocity,
+                way: axis.homing,
                 travel_rad: axis.motor_position.upper - axis.motor_position.lower,
                 limits: AxisLimits {
                     v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,

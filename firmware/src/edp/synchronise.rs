@@ -77,7 +77,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let foreign = (switches ^ homing.switches) & !(1_u8 << (k & 7)) != 0;
         let inputs = Inputs {
             switch: link.home_switch(),
-            index_rad: link.index().map(|units| axis.rad(i64::from(units))),
+            index_rad: link.index().map(|units| axis.rad(axis.unwrapped(units))),
+            origin_rad: axis.rad(0),
         };
         let result = if foreign && self.mode == Mode::Synchronising {
             Err(Cause::HomingForeignSwitch)

@@ -24,13 +24,15 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "mrroc-hil-sim", version, after_help = EXIT_CODES)]
 struct Raw {
-    /// The robots: irp6-track, irp6-postument
+    /// The robots: irp6-track, irp6-postument, polycrank, irp6-arm, conveyor, irp6-track-gripper,
+    /// irp6-postument-gripper
     #[arg(required = true, value_name = "ROBOT")]
     robots: Vec<String>,
     /// Where: hub, hub:PORT (port 0: any free one, told at the start) or can:INTERFACE
     #[arg(long, value_parser = place)]
     bus: Place,
-    /// The effectors' numbers, in the order of the robots [default: irp6-track 1, irp6-postument 2]
+    /// The effectors' numbers, in the order of the robots [default: by the robot, irp6-track 1,
+    /// irp6-postument 2, …]
     #[arg(long, value_name = "J,…", value_delimiter = ',')]
     effector: Vec<u8>,
     /// Seed of everything random: where the motors stand at the start, switches that bounce

@@ -43,6 +43,7 @@ impl Dictionary {
             ((index::RATED_CURRENT, 0), drive.rated_current_ma),
             ((index::RATED_TORQUE, 0), drive.rated_torque_mnm),
             ((index::ENCODER_RESOLUTION, 1), drive.increments_per_turn),
+            ((index::MAX_SPEED, 0), drive.max_speed_rpm),
             ((index::FEED_CONSTANT, 1), drive.increments_per_turn * 1000),
             // ASSUMED: 200 and 500 rad/s² to slow down and to stop quickly, 100 rad/s² in homing;
             // 15 and 3.5 rad/s are MRROC++'s synchronisation speeds.

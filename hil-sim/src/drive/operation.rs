@@ -8,6 +8,7 @@ use protocol::canopen::cia402::{
 };
 use protocol::canopen::emcy::{Emergency, ErrorCode};
 use protocol::canopen::nmt::State;
+use protocol::units::{modulo, nearest};
 
 use super::homing::{Homing, View, Want};
 use super::servo::Offset;
@@ -296,7 +297,9 @@ impl SimDrive {
         let low = i64::from(self.od.signed(slots::SOFT_LIMIT_LOW));
         let high = i64::from(self.od.signed(slots::SOFT_LIMIT_HIGH));
         if low >= high {
-            return (wanted, false);
+            // without limits the drive counts on, and its 32 bits are modulo
+            let near = nearest(modulo(wanted), self.position_units());
+            return (near, false);
         }
         let target = wanted.clamp(low, high);
         (target, target != wanted)

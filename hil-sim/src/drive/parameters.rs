@@ -5,6 +5,9 @@ use super::super::plant::parameters::units_per_rad;
 /// Milliseconds in nanoseconds.
 pub const MS: u64 = 1_000_000;
 
+/// 250 rad/s, the hard limit of the arms' motors, 1/min.
+pub const MAX_SPEED_RPM: u32 = 2387;
+
 /// The commissioning of one drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveParameters {
@@ -14,6 +17,8 @@ pub struct DriveParameters {
     pub rated_current_ma: u32,
     /// Rated torque (object 6076), mN·m: 1000 ‰ of the torque objects.
     pub rated_torque_mnm: u32,
+    /// Greatest speed of the motor (object 6080), 1/min.
+    pub max_speed_rpm: u32,
     /// Inertia the velocity loop is tuned for, kg·m².
     pub inertia_kg_m2: f64,
     /// Over-current trip, A.
@@ -53,6 +58,7 @@ impl DriveParameters {
             increments_per_turn: increments,
             rated_current_ma: whole(peak_a * 250.0),
             rated_torque_mnm: whole(peak_a * 250.0 * nm_a),
+            max_speed_rpm: MAX_SPEED_RPM,
             inertia_kg_m2,
             over_current_a: 1.1 * peak_a,
             over_current_ns: 5 * MS,

@@ -5,7 +5,8 @@ use protocol::canopen::nmt::State;
 
 use super::homing::Homing;
 use super::servo::Setpoint;
-use super::{SimDrive, slots, to_f64, to_i32};
+use super::{SimDrive, slots, to_i32};
+use protocol::units::modulo;
 
 impl SimDrive {
     /// The statusword now.
@@ -44,11 +45,9 @@ impl SimDrive {
     /// Writes the values the drive measures into the dictionary.
     pub(super) fn publish(&mut self) {
         let scale = self.scale;
-        let clip = |units: i64| i32::try_from(units.clamp(i32::MIN.into(), i32::MAX.into()));
         let actual = scale.units(self.sensed.count);
         let torque = to_i32(self.sensed.current_a * self.torque_per_current() / scale.nm_per_mille);
-        self.od
-            .set_signed(slots::POSITION_ACTUAL, clip(actual).unwrap_or(0));
+        self.od.set_signed(slots::POSITION_ACTUAL, modulo(actual));
         self.od.set_signed(slots::TORQUE_ACTUAL, torque);
         let velocity = to_i32(self.servo.velocity_rad_s() * scale.units_per_rad);
         self.od.set_signed(slots::VELOCITY_ACTUAL, velocity);
@@ -69,7 +68,7 @@ impl SimDrive {
             (slots::TOUCH_PROBE_NEGATIVE, negative),
         ] {
             let units = latched.map_or(0, |count| scale.units(count));
-            self.od.set_signed(slot, clip(units).unwrap_or(0));
+            self.od.set_signed(slot, modulo(units));
         }
         let amperes = f64::from(self.od.get(slots::RATED_CURRENT)) * 1e-6;
         self.od.set_signed(
@@ -77,8 +76,8 @@ impl SimDrive {
             to_i32(self.sensed.current_a / amperes),
         );
         let demand = self.demand_rad();
-        let units = to_i32(demand * scale.units_per_rad + to_f64(scale.offset));
-        self.od.set_signed(slots::POSITION_DEMAND, units);
+        let units = scale.units_of_rad(demand);
+        self.od.set_signed(slots::POSITION_DEMAND, modulo(units));
         let error = (demand - scale.rad(self.sensed.count)) * scale.units_per_rad;
         self.od.set_signed(slots::FOLLOWING_ERROR, to_i32(error));
         let increments = to_i32(demand / scale.rad_per_increment);

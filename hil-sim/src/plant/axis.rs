@@ -23,6 +23,8 @@ pub struct PlantParameters {
     pub current_time_s: f64,
     /// Encoder increments per motor turn.
     pub increments_per_turn: u32,
+    /// The encoder counts from motor angle 0, turns included, and not from power-up.
+    pub absolute: bool,
     /// The home switch is active below this motor angle, rad.
     pub switch_rad: f64,
     /// The home switch releases this much above, rad.
@@ -42,7 +44,7 @@ pub struct PlantParameters {
 /// What the drive receives from its axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sensed {
-    /// Encoder count since power-up.
+    /// Encoder count since power-up, or from motor angle 0 of an absolute encoder.
     pub count: i64,
     /// The count at an index pulse that passed in this substep.
     pub index: Option<i64>,
@@ -152,7 +154,11 @@ impl AxisPlant {
             velocity_rad_s: 0.0,
             current_a: 0.0,
             brake: Brake::Closed,
-            phase: start_rad * step.increments_per_rad,
+            phase: if parameters.absolute {
+                0.0
+            } else {
+                start_rad * step.increments_per_rad
+            },
             index_rad: [turn * TAU, (turn + 1.0) * TAU],
             bounce_left_s: 0.0,
             switch,

@@ -125,6 +125,18 @@ impl Irp6Arm {
     }
 }
 
+impl Irp6Arm {
+    /// The arm of five axes, the column is axis 0.
+    #[must_use]
+    pub const fn five_axes(masses: Masses) -> Self {
+        Self {
+            before: 0,
+            masses,
+            synchro_rad: [4.0, 9.0, 170.0],
+        }
+    }
+}
+
 impl GravityModel for Irp6Arm {
     fn load_torque_nm(&self, motor_rad: &[f64], load_nm: &mut [f64]) {
         load_nm.fill(0.0);
@@ -154,6 +166,48 @@ impl GravityModel for Irp6Arm {
             G * (0.5 * upper_kg + wrist_kg) * A3 * cos3 / ratio3,
             G * wrist_kg * D5 * cos4 / ratio4,
         ];
+    }
+}
+
+/// The weight on Polycrank's level axes 4, 5 and 6; the first three are vertical and the last, whose
+/// load is on it, carry none.
+///
+/// With the masses m4 and m5 in the middle of their cranks of length a, m6 on axis 6 and m7 at the
+/// flange, d along A, where A points down by cos ψ and ψ = q4 + q5 + q6,
+///
+/// V = g·[(m4/2 + m5 + m6 + m7)·a·sin q4 + (m5/2 + m6 + m7)·a·sin(q4 + q5) − m7·d·cos ψ]
+///
+/// and the torque on a direct drive is −∂V/∂q.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PolycrankArm {
+    masses_kg: [f64; 4],
+}
+
+/// a4 = a5 and d7 of Polycrank, m (mzbikows/graspit).
+const CRANK: f64 = 0.151;
+const FLANGE: f64 = 0.043;
+
+impl PolycrankArm {
+    /// Masses of the links 4 to 7, kg. ASSUMED: none is published.
+    pub const ASSUMED: Self = Self {
+        masses_kg: [3.0, 2.5, 1.0, 0.5],
+    };
+}
+
+impl GravityModel for PolycrankArm {
+    fn load_torque_nm(&self, motor_rad: &[f64], load_nm: &mut [f64]) {
+        load_nm.fill(0.0);
+        let (Some(&[q4, q5, q6]), Some(load)) = (
+            motor_rad.get(3..6).and_then(|q| q.first_chunk::<3>()),
+            load_nm.get_mut(3..6).and_then(|l| l.first_chunk_mut::<3>()),
+        ) else {
+            return;
+        };
+        let [m4, m5, m6, m7] = self.masses_kg;
+        let sixth = -G * m7 * FLANGE * libm::sin(q4 + q5 + q6);
+        let fifth = sixth - G * (0.5 * m5 + m6 + m7) * CRANK * libm::cos(q4 + q5);
+        let fourth = fifth - G * (0.5 * m4 + m5 + m6 + m7) * CRANK * libm::cos(q4);
+        *load = [fourth, fifth, sixth];
     }
 }
 
@@ -230,6 +284,34 @@ mod tests {
         }
         // The heaviest posture must be within what the drives can hold (1.5 N·m).
         assert!(worst > 0.2 && worst < 1.0, "{worst} N·m");
+    }
+
+    #[test]
+    fn polycranks_torque_is_the_slope_of_its_potential() {
+        // heights by the published table, link by link: an oracle apart from the closed form
+        let potential = |q: [f64; 7]| {
+            let (e1, e2) = (q[3], q[3] + q[4]);
+            let z5 = CRANK * libm::sin(e1);
+            let z6 = z5 + CRANK * libm::sin(e2);
+            let z7 = z6 - FLANGE * libm::cos(e2 + q[5]);
+            let middle5 = 0.5 * (z5 + z6);
+            G * (3.0 * 0.5 * z5 + 2.5 * middle5 + z6 + 0.5 * z7)
+        };
+        for k in 0..40 {
+            let q: [f64; 7] = [0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5].map(|by| f64::from(k) * by - 4.0);
+            let mut load = [f64::NAN; 7];
+            PolycrankArm::ASSUMED.load_torque_nm(&q, &mut load);
+            for axis in 0..7 {
+                let shifted = |by: f64| {
+                    let mut q = q;
+                    q[axis] += by;
+                    potential(q)
+                };
+                let slope = (shifted(1e-4) - shifted(-1e-4)) / 2e-4;
+                // central differences of at most 15 N·m: 15·1e-8/6
+                assert!((load[axis] + slope).abs() < 1e-7, "{axis} {load:?} {slope}");
+            }
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The simulated IRp-6 robots, referred to the motor shafts: what the robots' descriptions say, and
+//! The simulated robots, referred to the motor shafts: what the robots' descriptions say, and
 //! what the world adds to it.
 //!
 //! ASSUMED numbers are invented and plausible: nobody published them.
@@ -6,11 +6,11 @@
 use core::f64::consts::TAU;
 
 use super::axis::PlantParameters;
-use super::gravity::{GravityModel, Irp6Arm, Masses};
+use super::gravity::{GravityModel, Irp6Arm, Masses, PolycrankArm, Weightless};
 use super::random::SplitMix64;
 use crate::drive::parameters::DriveParameters;
-use firmware::process::{IRP6_POSTUMENT_BUSES, IRP6_TRACK_BUSES};
-use robots::{AxisDescription, Irp6Postument, Irp6Track, Range, Robot, RobotDescription};
+use firmware::process::buses_of;
+use robots::{AxisDescription, AxisHoming, Range, Robot, RobotKind, RobotVisitor, TrackRule};
 
 /// One axis of a robot: where it hangs and what it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,21 @@ const SWITCH_RAD: f64 = -2.0;
 /// The range of motor angles at power-up, rad. ASSUMED.
 const START_RAD: [f64; 2] = [5.0, 40.0];
 
+/// An encoder of fewer increments a turn is coarse: at the usual bandwidths one increment would take
+/// more torque than there is. ASSUMED: commissioning then takes a quarter of them.
+const COARSE_INCREMENTS: u32 = 1000;
+const COARSE: f64 = 0.25;
+
+/// Turns a minute of a velocity, rad/s, to the nearest.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and the value is positive"
+)]
+fn rpm(rad_s: f64) -> u32 {
+    (rad_s * 60.0 / TAU + 0.5) as u32
+}
+
 /// The peak current of a drive, A: that of the regulator's clamp.
 fn peak_a(axis: &AxisDescription) -> f64 {
     axis.current_regulator.limit_ma * 1e-3
@@ -78,7 +93,11 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
         // ASSUMED: a 500 Hz current loop.
         current_time_s: 0.000_3,
         increments_per_turn: description.increments_per_turn,
-        switch_rad: SWITCH_RAD,
+        absolute: description.homing == AxisHoming::Absolute,
+        switch_rad: match description.homing {
+            AxisHoming::Switch { .. } => SWITCH_RAD,
+            AxisHoming::InPlace | AxisHoming::Absolute => f64::NEG_INFINITY,
+        },
         // ASSUMED: a cam and a micro-switch.
         switch_hysteresis_rad: 0.05,
         bounce_s: 0.0015,
@@ -88,13 +107,27 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
         brake_open_s: 0.020,
         brake_close_s: 0.030,
     };
-    let drive = DriveParameters::new(
-        description.increments_per_turn,
-        peak_a,
-        motor.torque_constant_nm_a,
-        inertia,
-        u32::from(node),
-    );
+    let drive = DriveParameters {
+        max_speed_rpm: rpm(description.hard_limits.velocity),
+        ..DriveParameters::new(
+            description.increments_per_turn,
+            peak_a,
+            motor.torque_constant_nm_a,
+            inertia,
+            u32::from(node),
+        )
+    };
+    let drive = if description.increments_per_turn < COARSE_INCREMENTS {
+        DriveParameters {
+            position_bandwidth: COARSE * drive.position_bandwidth,
+            velocity_bandwidth: COARSE * drive.velocity_bandwidth,
+            velocity_integral: COARSE * drive.velocity_integral,
+            observer_bandwidth: COARSE * drive.observer_bandwidth,
+            ..drive
+        }
+    } else {
+        drive
+    };
     let [first, last] = START_RAD;
     let start_rad = start.between(first, last);
     AxisSetup {
@@ -107,41 +140,57 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
     }
 }
 
-/// A robot whose drives hang on the buses `buses`, numbered from 1 in the order of the axes.
-fn robot<const N: usize>(
-    description: &RobotDescription<N>,
-    buses: &[u8; N],
-    gravity: Irp6Arm,
-    seed: u64,
-) -> RobotSetup {
-    let axes = description.axes.iter().zip(buses).zip(1_u8..);
+/// A robot of this kind; its drives are numbered from 1 in the order of the axes, on the buses of
+/// [`firmware::process::drive_buses`].
+#[must_use]
+pub fn robot(kind: RobotKind, seed: u64) -> RobotSetup {
     RobotSetup {
-        axes: axes
-            .map(|((description, bus), node)| axis(description, *bus, node, seed))
-            .collect(),
-        gravity: Box::new(gravity),
+        axes: kind.visit(TrackRule::Keep, Axes { seed }),
+        gravity: gravity(kind),
+    }
+}
+
+/// The axes of a robot.
+struct Axes {
+    seed: u64,
+}
+
+impl RobotVisitor for Axes {
+    type Output = Vec<AxisSetup>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Vec<AxisSetup> {
+        let axes = robot.description().axes.iter();
+        axes.zip(buses_of(&robot))
+            .zip(1_u8..)
+            .map(|((description, bus), node)| axis(description, bus, node, self.seed))
+            .collect()
+    }
+}
+
+/// What weighs on the axes of a robot.
+fn gravity(kind: RobotKind) -> Box<dyn GravityModel + Send> {
+    match kind {
+        RobotKind::Irp6Track => Box::new(Irp6Arm::track(Masses::ASSUMED)),
+        RobotKind::Irp6Postument => Box::new(Irp6Arm::postument(Masses::ASSUMED)),
+        RobotKind::Irp6Arm => Box::new(Irp6Arm::five_axes(Masses::ASSUMED)),
+        RobotKind::Polycrank => Box::new(PolycrankArm::ASSUMED),
+        RobotKind::Conveyor
+        | RobotKind::Irp6TrackGripper
+        | RobotKind::Irp6PostumentGripper
+        | RobotKind::Rnt => Box::new(Weightless),
     }
 }
 
 /// The IRp-6 on the track: drives 1 to 4 on bus 0, 5 to 7 on bus 1.
-///
-/// Seven axes at 500 Hz do not fit one classical 1 Mbit/s bus.
 #[must_use]
 pub fn irp6_track(seed: u64) -> RobotSetup {
-    let gravity = Irp6Arm::track(Masses::ASSUMED);
-    robot(Irp6Track.description(), &IRP6_TRACK_BUSES, gravity, seed)
+    robot(RobotKind::Irp6Track, seed)
 }
 
 /// The IRp-6 on the postument: drives 1 to 6 on bus 0.
 #[must_use]
 pub fn irp6_postument(seed: u64) -> RobotSetup {
-    let gravity = Irp6Arm::postument(Masses::ASSUMED);
-    robot(
-        Irp6Postument.description(),
-        &IRP6_POSTUMENT_BUSES,
-        gravity,
-        seed,
-    )
+    robot(RobotKind::Irp6Postument, seed)
 }
 
 /// Drive units per motor radian of an axis with `increments` a turn.

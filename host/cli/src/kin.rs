@@ -24,7 +24,7 @@ use std::io::{BufRead, Write};
 
 use clap::{Args, Subcommand, ValueEnum};
 use motion::Pose;
-use robots::{Irp6Postument, Irp6Track, Joints, KinematicError, Motors, Robot, RobotKind};
+use robots::{Joints, KinematicError, Motors, Robot, RobotKind, RobotVisitor, TrackRule};
 use serde::de::DeserializeOwned;
 
 use crate::jsonl::{each_line, write_line};
@@ -132,10 +132,30 @@ impl Kin {
         | Question::Jacobian(Asked { robot, .. })) = &self.question;
         let kind =
             RobotKind::from_name(robot).map_err(|error| KinError::Usage(error.to_string()))?;
-        match kind {
-            RobotKind::Irp6Track => self.question.answer(&Irp6Track, out, input),
-            RobotKind::Irp6Postument => self.question.answer(&Irp6Postument, out, input),
-        }
+        let question = self.question;
+        kind.visit(
+            TrackRule::Keep,
+            Answering {
+                question,
+                out,
+                input,
+            },
+        )
+    }
+}
+
+/// Answers a question about a robot.
+struct Answering<'a> {
+    question: Question,
+    out: &'a mut dyn Write,
+    input: &'a mut dyn BufRead,
+}
+
+impl RobotVisitor for Answering<'_> {
+    type Output = Result<(), KinError>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
+        self.question.answer(&robot, self.out, self.input)
     }
 }
 

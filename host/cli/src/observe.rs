@@ -20,6 +20,7 @@ use protocol::message::{Feedback, NodeState, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
+use robots::AxisHoming;
 use std::path::Path;
 
 /// A tool on a streamed path goes no farther than this between two SYNCs, m, or lags no more than
@@ -46,6 +47,8 @@ pub(crate) struct Watched {
     setpoint_before: Option<PerAxis<f64>>,
     /// The motor angles at the SYNC before.
     motors_before: Vec<f64>,
+    /// The true motor angles where the node counts from, rad; known once it is homed.
+    origin_rad: Option<Vec<f64>>,
     pub(crate) feedback: Option<Feedback>,
     pub(crate) following_error_rad: Vec<f64>,
     pub(crate) setpoint_error_m: Option<f64>,
@@ -70,6 +73,7 @@ impl Watched {
             setpoint: None,
             setpoint_before: None,
             motors_before: Vec::new(),
+            origin_rad: None,
             feedback: None,
             following_error_rad: vec![0.0; arm.axes().len()],
             setpoint_error_m: None,
@@ -96,6 +100,28 @@ impl Watched {
         self.feedback
             .as_ref()
             .is_some_and(|f| u16::from(f.synchronised) & all == all)
+    }
+
+    /// The true motor angles as the node counts them, once homed. An axis that was homed in place
+    /// counts from wherever it stood; the others from where the machine has its zero.
+    fn counted(&mut self, motor_rad: &[f64]) -> Vec<f64> {
+        let axes = self.arm.axes();
+        if self.origin_rad.is_none()
+            && self.homed()
+            && let Some(feedback) = &self.feedback
+            && let Some(actual) = motor_angles(axes, &feedback.actual)
+        {
+            let each = axes.iter().zip(motor_rad).zip(actual);
+            let origin = each.map(|((axis, motor), actual)| match axis.homing {
+                AxisHoming::InPlace => motor - actual,
+                AxisHoming::Switch { .. } | AxisHoming::Absolute => 0.0,
+            });
+            self.origin_rad = Some(origin.collect());
+        }
+        match &self.origin_rad {
+            Some(origin) => motor_rad.iter().zip(origin).map(|(m, o)| m - o).collect(),
+            None => motor_rad.to_vec(),
+        }
     }
 
     fn tool(&self, joints: &[f64]) -> Option<Pose> {
@@ -384,12 +410,12 @@ impl Observer for Observers {
                 NodeState::Moving | NodeState::Holding | NodeState::Stopping
             )
         });
+        let motors = watched.counted(motor_rad);
         if moving && watched.homed() {
-            let deviation = watched.deviation(motor_rad);
+            let deviation = watched.deviation(&motors);
             raise(&mut watched.actual_error_m, deviation);
         }
-        watched.sample_plot(Micros(at_ns / 1000), motor_rad);
-        watched.motors_before.clear();
-        watched.motors_before.extend_from_slice(motor_rad);
+        watched.sample_plot(Micros(at_ns / 1000), &motors);
+        watched.motors_before = motors;
     }
 }

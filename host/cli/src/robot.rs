@@ -16,9 +16,9 @@ use std::io::{self, Write};
 
 use clap::{Args, Subcommand};
 use process::{End, exit};
-use robots::dynamics::{Chain, IRP6_POSTUMENT, IRP6_TRACK, Inertia};
+use robots::dynamics::{Chain, Inertia};
 use robots::urdf::{joint_limits, write_urdf};
-use robots::{Irp6Postument, Irp6Track, JointKind, RobotKind};
+use robots::{JointKind, RobotVisitor, TrackRule};
 use serde_json::{Value, json};
 
 use crate::commands::robot;
@@ -57,27 +57,32 @@ impl Robot {
     /// There is no such robot, or `out` cannot be written.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), End> {
         let Question::Show(show) = self.question;
-        let done = match robot(&show.robot)? {
-            RobotKind::Irp6Track => show.answer(&Irp6Track, &IRP6_TRACK, out),
-            RobotKind::Irp6Postument => show.answer(&Irp6Postument, &IRP6_POSTUMENT, out),
-        };
+        let kind = robot(&show.robot)?;
+        let done = kind.visit(TrackRule::Keep, Answer { show, out });
         done.map_err(|error| End::new(exit::IO, format!("stdout: {error}")))
     }
 }
 
-impl Show {
-    fn answer<const N: usize>(
-        &self,
-        robot: &impl robots::Robot<N>,
-        chain: &Chain<N>,
-        out: &mut dyn Write,
-    ) -> io::Result<()> {
-        if self.urdf {
-            out.write_all(urdf(robot, chain)?.as_bytes())
-        } else if self.json {
-            write_line(out, &as_json(robot, chain))
+struct Answer<'a> {
+    show: Show,
+    out: &'a mut dyn Write,
+}
+
+impl RobotVisitor for Answer<'_> {
+    type Output = io::Result<()>;
+
+    fn visit<R: robots::Robot<N>, const N: usize>(self, robot: R) -> io::Result<()> {
+        let Self { show, out } = self;
+        let chain = robot.chain();
+        if show.urdf {
+            let Some(chain) = &chain else {
+                return Err(io::Error::other("no link of it moves another"));
+            };
+            out.write_all(urdf(&robot, chain)?.as_bytes())
+        } else if show.json {
+            write_line(out, &as_json(&robot, chain.as_ref()))
         } else {
-            as_text(robot, chain, out)
+            as_text(&robot, chain.as_ref(), out)
         }
     }
 }
@@ -101,7 +106,7 @@ const fn kind(kind: JointKind) -> &'static str {
     }
 }
 
-fn as_json<const N: usize>(robot: &impl robots::Robot<N>, chain: &Chain<N>) -> Value {
+fn as_json<const N: usize>(robot: &impl robots::Robot<N>, chain: Option<&Chain<N>>) -> Value {
     let description = robot.description();
     let axes = description.axes.iter().map(|axis| {
         json!({
@@ -110,7 +115,7 @@ fn as_json<const N: usize>(robot: &impl robots::Robot<N>, chain: &Chain<N>) -> V
             "parameters": parameters::of_axis(axis),
         })
     });
-    let links = chain.links.iter().map(|link| {
+    let links = chain.iter().flat_map(|chain| &chain.links).map(|link| {
         let body = link.body();
         let Inertia {
             xx,
@@ -142,7 +147,7 @@ fn as_json<const N: usize>(robot: &impl robots::Robot<N>, chain: &Chain<N>) -> V
 
 fn as_text<const N: usize>(
     robot: &impl robots::Robot<N>,
-    chain: &Chain<N>,
+    chain: Option<&Chain<N>>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let description = robot.description();
@@ -152,6 +157,9 @@ fn as_text<const N: usize>(
         writeln!(out, "\naxis {}: {}, {}", k + 1, axis.name, kind(axis.kind))?;
         table(out, &parameters::of_axis(axis))?;
     }
+    let Some(chain) = chain else {
+        return Ok(());
+    };
     writeln!(
         out,
         "\nlinks, each in the frame before it; z is the joint's axis"

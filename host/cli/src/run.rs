@@ -239,7 +239,7 @@ fn robots(
     let each = observers.robots.iter().zip(&cell.robots).zip(faults);
     each.map(|((watched, spec), faults)| {
         let errors = &watched.following_error_rad;
-        let worst = errors.iter().copied().enumerate();
+        let worst = (1..).zip(errors.iter().copied());
         let worst = worst.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
         let feedback = watched.feedback.as_ref();
         RobotSummary {

@@ -76,6 +76,7 @@ impl Virtual {
                 law: robot.servo,
                 velocity_factor: robot.velocity_factor,
                 one_wire: false,
+                track: robot.track,
             };
             let mut bus_of_axis = vec![0_u8; robot.axes()];
             for (number, group) in robot.drives.iter().enumerate() {

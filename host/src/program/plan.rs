@@ -13,14 +13,14 @@ use crate::task::{Action, Coordination, PathStep, Step, Task, Tight};
 use core::fmt;
 use protocol::message::{Instruction, ServoLaw};
 use protocol::units::PerAxis;
-use robots::KinematicError;
+use robots::{AxisHoming, KinematicError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Where a robot is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// Motor angles, rad; before homing they count from anywhere.
+    /// Motor angles, rad; before homing they count from anywhere, but for absolute encoders.
     pub motors: PerAxis<f64>,
     /// Is it homed?
     pub homed: bool,
@@ -35,7 +35,32 @@ impl Place {
             homed: false,
         }
     }
+
+    /// Homed from here: an axis ends at 0, or rests where its absolute encoder has it.
+    fn home(&mut self, arm: &dyn Arm) {
+        for (motor, axis) in self.motors.iter_mut().zip(arm.axes()) {
+            if axis.homing != AxisHoming::Absolute {
+                *motor = 0.0;
+            }
+        }
+        self.homed = true;
+    }
+
+    /// The same place, to the last unit of a motor, as far as its angles mean anything.
+    pub(super) fn is_near(&self, other: &Self, arm: &dyn Arm) -> bool {
+        self.homed == other.homed
+            && self
+                .motors
+                .iter()
+                .zip(&other.motors)
+                .zip(arm.axes())
+                .filter(|(_, axis)| self.homed || axis.homing == AxisHoming::Absolute)
+                .all(|((a, b), _)| (a - b).abs() < SAME_RAD)
+    }
 }
+
+/// Motor angles, or joints, that are the same but for the last unit of a motor.
+pub(super) const SAME_RAD: f64 = 1e-5;
 
 /// A motion of one robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,12 +266,10 @@ impl Walk<'_> {
             Action::Home { robots } => {
                 for robot in robots {
                     if let Some(place) = self.places.get_mut(*robot)
+                        && let Some(config) = self.config.robots.get(*robot)
                         && !place.homed
                     {
-                        *place = Place {
-                            motors: place.motors.iter().map(|_| 0.0).collect(),
-                            homed: true,
-                        };
+                        place.home(config.arm);
                     }
                 }
                 Work::Home(robots.clone())

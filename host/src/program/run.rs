@@ -280,7 +280,8 @@ impl Run {
                 .places
                 .iter()
                 .zip(&places)
-                .all(|(a, b)| a.homed == b.homed && near(a, b));
+                .zip(self.mp.robots())
+                .all(|((a, b), image)| a.is_near(b, image.arm()));
         if self.plan.is_none() || !same {
             let config = self.mp.config();
             let plan = Plan::new(&self.task, self.path.as_deref(), config, places.clone())?;
@@ -406,16 +407,4 @@ fn place(image: &Image) -> Place {
         },
         None => Place::unknown(image.arm()),
     }
-}
-
-/// Motor angles, or joints, that are the same but for the last unit of a motor.
-const SAME_RAD: f64 = 1e-5;
-
-fn near(a: &Place, b: &Place) -> bool {
-    // before homing the angles mean nothing
-    !a.homed
-        || a.motors
-            .iter()
-            .zip(&b.motors)
-            .all(|(a, b)| (a - b).abs() < SAME_RAD)
 }

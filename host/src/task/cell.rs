@@ -7,7 +7,7 @@ use motion::pose::Pose;
 use nalgebra::Vector3;
 use protocol::budget::Rates;
 use protocol::message::{MAX_NAME, ServoLaw};
-use robots::RobotKind;
+use robots::{RobotKind, TrackRule};
 use std::path::Path;
 
 /// The velocity limit as a fraction of the motors' greatest, where the cell says nothing
@@ -37,6 +37,8 @@ pub struct RobotSpec {
     pub servo: ServoLaw,
     /// Velocity limit as a fraction (0, 1] of the motors' greatest.
     pub velocity_factor: f64,
+    /// Where a robot on a track has its track; others have none.
+    pub track: TrackRule,
     /// Its base in the world.
     pub t_world_base: Pose,
     /// Index in [`Cell::buses`] of the bus towards the MP.
@@ -146,6 +148,7 @@ impl Cell {
                 kind: *kind,
                 servo: ServoLaw::DrivePosition,
                 velocity_factor: DEFAULT_VELOCITY_FACTOR,
+                track: TrackRule::Keep,
                 t_world_base: t_world_base(*kind),
                 mp_bus,
                 drives,
@@ -189,7 +192,7 @@ impl Cell {
             .zip(drive_groups(kind))
             .map(|(number, axes)| DriveGroup {
                 bus: self.bus_or_new(BusSpec::classic(format!("{robot}.{number}"))),
-                axes: axes.to_vec(),
+                axes,
             })
             .collect()
     }
@@ -321,6 +324,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
             "name",
             "servo",
             "velocity_factor",
+            "track",
             "base",
             "mp_bus",
             "drives",
@@ -339,6 +343,21 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
     let velocity_factor = match fields.optional("velocity_factor") {
         Some(value) => value.number("greater than 0, at most 1", |v| v > 0.0 && v <= 1.0)?,
         None => DEFAULT_VELOCITY_FACTOR,
+    };
+    let track = match fields.optional("track") {
+        Some(value) if kind != RobotKind::Irp6Track => {
+            return Err(value.error(
+                Problem::Conflict,
+                "a rule for a track",
+                format!("`kind = \"{}\"`", RobotKind::Irp6Track),
+                kind.name(),
+            ));
+        }
+        Some(value) => value.choice(
+            "rule for the track",
+            &TrackRule::ALL.map(|rule| (rule.name(), rule)),
+        )?,
+        None => TrackRule::Keep,
     };
     let t_world_base = match fields.optional("base") {
         Some(value) => {
@@ -367,6 +386,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         kind,
         servo,
         velocity_factor,
+        track,
         t_world_base,
         mp_bus,
         drives,

@@ -1,21 +1,28 @@
 //! What a cell assumes of a robot's kind where its file says nothing.
 
+use crate::mp::arm::arm;
 use motion::pose::Pose;
-use robots::{Irp6Postument, Irp6Track, Robot, RobotKind};
+use robots::RobotKind;
 
-/// Which axes (from 0) share a drive bus: no more than a classical bus at 1 Mbit/s carries at the
-/// robot's servo rate.
-pub(super) const fn drive_groups(kind: RobotKind) -> &'static [&'static [usize]] {
-    match kind {
-        RobotKind::Irp6Track => &[&[0, 1, 2, 3], &[4, 5, 6]],
-        RobotKind::Irp6Postument => &[&[0, 1, 2, 3, 4, 5]],
+/// The most axes of one drive bus, and how many are on the first of two: what a classical bus at
+/// 1 Mbit/s carries at the robots' servo rate.
+const AXES_OF_A_BUS: usize = 6;
+const AXES_OF_THE_FIRST: usize = 4;
+
+/// Which axes (from 0) share a drive bus.
+pub(super) fn drive_groups(kind: RobotKind) -> Vec<Vec<usize>> {
+    let axes = kind.axes();
+    if axes > AXES_OF_A_BUS {
+        vec![
+            (0..AXES_OF_THE_FIRST).collect(),
+            (AXES_OF_THE_FIRST..axes).collect(),
+        ]
+    } else {
+        vec![(0..axes).collect()]
     }
 }
 
 /// The base in the world, whose frame is that of the robot on the track.
 pub(super) fn t_world_base(kind: RobotKind) -> Pose {
-    match kind {
-        RobotKind::Irp6Track => Irp6Track.description().base(),
-        RobotKind::Irp6Postument => Irp6Postument.description().base(),
-    }
+    arm(kind).base()
 }

@@ -264,7 +264,7 @@ fn shipped(name: &str) -> Task {
 fn the_main_job_stays_within_reach_and_limits() {
     let task = shipped("two-arms.toml");
     let mut track = Arm {
-        robot: &Irp6Track,
+        robot: &Irp6Track::KEEP,
         index: task.cell.robot("irp6-track").unwrap(),
         joints: Joints([0.0; 7]),
     };

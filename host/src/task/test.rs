@@ -2,6 +2,7 @@ use super::*;
 use crate::error::{Error, exit};
 use proptest::prelude::*;
 use protocol::budget::Rates;
+use robots::TrackRule;
 
 const CELL: &str =
     "[[cell.robot]]\nkind = \"irp6-track\"\n[[cell.robot]]\nkind = \"irp6-postument\"\n";
@@ -31,7 +32,10 @@ fn refused(step: &str) -> String {
 #[test]
 fn defaults_make_a_whole_cell() {
     let cell = Task::parse(&task("wait = { seconds = 1 }")).unwrap().cell;
-    assert_eq!(cell, Cell::of(&RobotKind::ALL));
+    assert_eq!(
+        cell,
+        Cell::of(&[RobotKind::Irp6Track, RobotKind::Irp6Postument])
+    );
     let names: Vec<_> = cell.buses.iter().map(|bus| bus.name.as_str()).collect();
     assert_eq!(
         names,
@@ -57,6 +61,44 @@ fn defaults_make_a_whole_cell() {
         ]
     );
     assert!((cell.robots[1].t_world_base.position.y - 2.1063).abs() < 1e-12);
+}
+
+#[test]
+fn a_cell_says_where_the_track_goes_and_every_kind_has_its_defaults() {
+    let of = |kind: RobotKind, line: &str| {
+        Cell::parse(&format!("[[robot]]\nkind = \"{kind}\"\n{line}\n"))
+    };
+    for kind in RobotKind::ALL {
+        let cell = of(kind, "").unwrap();
+        assert_eq!(cell, Cell::of(&[kind]));
+        assert_eq!(cell.robots[0].track, TrackRule::Keep);
+        let mut axes: Vec<usize> = cell.robots[0]
+            .drives
+            .iter()
+            .flat_map(|g| g.axes.clone())
+            .collect();
+        axes.sort_unstable();
+        assert!(axes.into_iter().eq(0..kind.axes()), "{kind}");
+        // more than six axes do not fit one classical bus
+        assert!(
+            cell.robots[0].drives.iter().all(|g| g.axes.len() <= 6),
+            "{kind}"
+        );
+        let ruled = of(kind, "track = \"in-front\"");
+        if kind == RobotKind::Irp6Track {
+            assert_eq!(ruled.unwrap().robots[0].track, TrackRule::InFront);
+        } else {
+            let text = ruled.unwrap_err().to_string();
+            assert!(
+                text.contains("track") && text.contains(kind.name()),
+                "{text}"
+            );
+        }
+    }
+    let text = of(RobotKind::Irp6Track, "track = \"behind\"")
+        .unwrap_err()
+        .to_string();
+    assert!(text.contains("in-front") && text.contains("keep"), "{text}");
 }
 
 #[test]
@@ -310,7 +352,8 @@ fn every_mistake_elsewhere_has_its_place() {
         ),
         (
             format!("title = \"a\"\n[[cell.robot]]\nkind = \"irb\"\n{step}"),
-            "3:8: error: unknown kind of robot (expected `irp6-track` or `irp6-postument`, got `irb`)",
+            "3:8: error: unknown kind of robot (expected `irp6-track`, `irp6-postument`, `polycrank`, `irp6-arm`, \
+             `conveyor`, `irp6-track-gripper` or `irp6-postument-gripper`, got `irb`)",
         ),
         (
             format!("title = \"a\"\n{robot}velocity_factor = 0\n{step}"),

@@ -116,8 +116,8 @@ fn feedback() -> impl Strategy<Value = Feedback> {
         refusal().prop_map(Progress::Failed)
     ];
     let tail = (
-        axes(any::<i32>()),
-        axes(any::<i32>()),
+        axes(any::<i64>()),
+        axes(any::<i64>()),
         axes(any::<i16>()),
         axes(any::<u32>()),
     );
@@ -222,7 +222,7 @@ proptest! {
     }
 
     #[test]
-    fn the_rest(fault in fault(), why in refusal(), at in micros(), step: u32, demand in axes(any::<i32>())) {
+    fn the_rest(fault in fault(), why in refusal(), at in micros(), step: u32, demand in axes(any::<i64>())) {
         survives(&Event::Fault(fault))?;
         survives(&Reply::Refused(why))?;
         survives(&TimeSync { sequence: 3, previous_sent_at: at })?;

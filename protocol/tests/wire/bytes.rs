@@ -182,8 +182,8 @@ fn the_greatest_sizes_are_reached() {
         instruction: u32::MAX,
         progress: Progress::Failed(limit),
         horizon_us: u32::MAX,
-        actual: full(i32::MIN),
-        demand: full(i32::MIN),
+        actual: full(i64::MIN),
+        demand: full(i64::MIN),
         current_ma: full(i16::MIN),
         following_error: full(u32::MAX),
         limit_violations: u32::MAX,
@@ -195,7 +195,7 @@ fn the_greatest_sizes_are_reached() {
 
     let trace = DemandTrace {
         step: u32::MAX,
-        demand: full(i32::MIN),
+        demand: full(i64::MIN),
     };
     assert_eq!(bytes(&trace).len(), DemandTrace::MAX);
     let identity = Identity {

@@ -143,7 +143,7 @@ pub(super) fn traces() -> Named<DemandTrace> {
         "seven",
         DemandTrace {
             step: 5,
-            demand: each(&[0, 1, -1, 63, -64, 64, i32::MIN]),
+            demand: each(&[0, 1, -1, 63, -64, 64, i64::from(i32::MIN)]),
         },
     )]
 }

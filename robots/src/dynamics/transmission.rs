@@ -74,6 +74,11 @@ impl<const N: usize> Transmission<N> {
                     ratio.reduction = 1.0 / travel.first;
                     ratio.curvature = travel.second;
                 }
+                Gearing::Quadratic(law) => {
+                    let travel = law.travel(x).map_err(at_axis(k, axis))?;
+                    ratio.reduction = 1.0 / travel.first;
+                    ratio.curvature = travel.second;
+                }
             }
         }
         Ok(Self {

@@ -62,12 +62,12 @@ const PLANNING: MotorLimits = MotorLimits {
 };
 
 /// Towards the switch at −0.03 rad, off it at 0.007 rad a 2 ms step.
-const HOMING: AxisHoming = AxisHoming {
+const HOMING: AxisHoming = AxisHoming::Switch {
     coarse_velocity: -15.0,
     fine_velocity: 3.5,
 };
 /// N: −0.05 and 0.05 rad a 2 ms step.
-const HOMING_N: AxisHoming = AxisHoming {
+const HOMING_N: AxisHoming = AxisHoming::Switch {
     coarse_velocity: -25.0,
     fine_velocity: 25.0,
 };
@@ -232,6 +232,11 @@ pub(super) const fn upper_arm(machine: Machine) -> AxisDescription {
 }
 
 pub(super) const fn wrist_t(machine: Machine) -> AxisDescription {
+    wrist_t_of(machine, 92.0)
+}
+
+/// T up to so many degrees.
+pub(super) const fn wrist_t_of(machine: Machine, upper_degrees: f64) -> AxisDescription {
     AxisDescription {
         motor: Motor {
             load_kg_m2: 1.0e-5,
@@ -242,7 +247,7 @@ pub(super) const fn wrist_t(machine: Machine) -> AxisDescription {
             lower: -70.0,
             upper: 380.0,
         },
-        joint_position: degrees(-90.0, 92.0),
+        joint_position: degrees(-90.0, upper_degrees),
         pwm_regulator: regulator(0.010, 0.548_946_716_233, 0.630_506_4, 0.587_439_6),
         current_regulator: current(machine, 15_000.0),
         ..axis("T", machine, Gearing::Linear { ratio: T_RATIO })
@@ -286,6 +291,17 @@ pub(super) const fn wrist_n(machine: Machine) -> AxisDescription {
         pwm_regulator: regulator(0.005, 0.3, 0.5456, 0.5056),
         current_regulator: current(machine, 1_000.0),
         ..axis("N", machine, Gearing::Linear { ratio: N_RATIO })
+    }
+}
+
+/// An N that reaches every angle: for the inverse of an arm that has none.
+pub(super) const fn free_wrist_n() -> AxisDescription {
+    AxisDescription {
+        joint_position: Range {
+            lower: -4.0,
+            upper: 4.0,
+        },
+        ..wrist_n(machine(0.0, 0, 0.0))
     }
 }
 

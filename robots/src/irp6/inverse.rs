@@ -36,6 +36,7 @@ use super::data::{LOWER_ARM_M, UPPER_ARM_M, WRIST_M};
 use crate::description::AxisDescription;
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::finite;
+use crate::orientation::{TURN, orthonormal, wrapped};
 use crate::robot::MAX_BRANCHES;
 
 /// Below this, m, the flange is on the column's axis.
@@ -44,8 +45,6 @@ const ON_AXIS_M: f64 = 1e-9;
 const SINGULAR_SINE: f64 = 1e-9;
 /// A solution this little outside its range is put on the bound, rad.
 pub(crate) const LIMIT_SLACK: f64 = 1e-9;
-/// Greatest deviation of `RᵀR` from I that still counts as a rotation written with few digits.
-const ROTATION_SLACK: f64 = 1e-6;
 /// How well a branch must reproduce the pose, m and 1. Above the two slacks, which it has to allow.
 const VERIFY: f64 = 1e-8;
 
@@ -54,8 +53,6 @@ const REACH_M: f64 = LOWER_ARM_M + UPPER_ARM_M + WRIST_M;
 
 /// Farther than this from the column's axis (m) and from a singular wrist (sine), a branch is plain.
 const PLAIN: f64 = 1e-4;
-
-const TURN: f64 = 2.0 * PI;
 
 /// Solutions inside the joint limits.
 #[derive(Clone, Copy, Debug)]
@@ -281,25 +278,6 @@ impl Search<'_> {
     }
 }
 
-/// The nearest rotation, or an error when there is none near.
-pub(crate) fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicError> {
-    finite(r.as_slice())?;
-    let off = r.transpose() * r - Matrix3::identity();
-    let deviation = off.iter().fold(
-        0.0,
-        |most: f64, v| if v.abs() > most { v.abs() } else { most },
-    );
-    let near = off.iter().all(|v| v.abs() <= ROTATION_SLACK);
-    if !near {
-        return Err(KinematicError::NotARotation { deviation });
-    }
-    if r.column(0).cross(&r.column(1)).dot(&r.column(2)) < 0.0 {
-        return Err(KinematicError::NotARotation { deviation: 2.0 });
-    }
-    // one Newton step towards the polar factor: what is left of the deviation is its square
-    Ok(r * (Matrix3::identity() - off * 0.5))
-}
-
 /// The one or two decompositions of B = Y(t4)·X(t5)·Y(t6).
 fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
     let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
@@ -335,9 +313,4 @@ fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
     let sin = libm::sqrt((1.0 - cos) * (1.0 + cos));
     let t2 = libm::atan2(f, e) - libm::atan2(UPPER_ARM_M * sin, LOWER_ARM_M + UPPER_ARM_M * cos);
     Some((t2, libm::atan2(sin, cos)))
-}
-
-/// `angle` plus the whole number of turns that brings it nearest to `to`.
-pub(crate) fn wrapped(angle: f64, to: f64) -> f64 {
-    angle - TURN * libm::round((angle - to) / TURN)
 }

@@ -6,6 +6,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 use super::data::{column, lower_arm, machine, upper_arm, wrist_n, wrist_t, wrist_v};
 use super::{arm, inverse};
 use crate::description::{HomingSequence, RobotDescription};
+use crate::dynamics::{Chain, IRP6_POSTUMENT};
 use crate::error::KinematicError;
 use crate::robot::{Inverse, Robot};
 use crate::space::Joints;
@@ -61,6 +62,10 @@ impl Robot<6> for Irp6Postument {
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
         }
+    }
+
+    fn chain(&self) -> Option<Chain<6>> {
+        Some(IRP6_POSTUMENT)
     }
 
     fn jacobian(&self, joints: &Joints<6>) -> SMatrix<f64, 6, 6> {

@@ -1,22 +1,101 @@
 //! The IRp-6 on its track: seven axes, the first of them redundant.
 //!
-//! The track carries the whole arm along y. A pose alone does not say how far, so the inverse leaves
-//! the track where `near` has it; whoever wants it elsewhere says so by `near`.
+//! The track carries the whole arm along y. A pose alone does not say how far: a [`TrackRule`] does.
 
 use motion::Pose;
 use nalgebra::{ArrayStorage, SMatrix, Vector3};
 
 use super::data::{column, lower_arm, machine, track, upper_arm, wrist_n, wrist_t, wrist_v};
 use super::{arm, inverse};
-use crate::description::{HomingSequence, RobotDescription};
+use crate::description::{HomingSequence, Range, RobotDescription};
+use crate::dynamics::{Chain, IRP6_TRACK};
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::finite;
 use crate::robot::{Inverse, Robot};
 use crate::space::Joints;
 
 /// The IRp-6 on its track: track, column, lower arm, upper arm, T, V, N.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Irp6Track;
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Irp6Track {
+    /// Where the inverse puts the track. Node and coordinator of one robot must have the same.
+    pub rule: TrackRule,
+}
+
+impl Irp6Track {
+    /// With the track left where it is.
+    pub const KEEP: Self = Self {
+        rule: TrackRule::Keep,
+    };
+    /// With the track in front of the flange.
+    pub const IN_FRONT: Self = Self {
+        rule: TrackRule::InFront,
+    };
+}
+
+/// Which of the infinitely many configurations of track and arm an inverse gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TrackRule {
+    /// The track stays where `near` has it; whoever wants it elsewhere says so by `near`.
+    #[default]
+    Keep,
+    /// The track stands beside the flange, d0 = y, so that the column looks straight ahead
+    /// (q1 = 0), as far as the track goes; d0 depends on the pose alone.
+    ///
+    /// A straight line or path can begin only where the track stands by this rule already: a move of
+    /// the joints to a pose brings it there.
+    ///
+    /// Towards the ends of the track d0 leaves y on a curve with continuous curvature that begins
+    /// [`BEND_M`] before the end: d0 stays at the end from [`BEND_M`] beyond it.
+    InFront,
+}
+
+impl TrackRule {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Keep, Self::InFront];
+
+    /// The name commands and files use.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::InFront => "in-front",
+        }
+    }
+
+    /// d0, m, for a flange at `y` in the base frame; `kept` is where the track stands.
+    fn along(self, y: f64, kept: f64, range: Range) -> f64 {
+        match self {
+            Self::Keep => kept,
+            Self::InFront => {
+                let middle = range.centre();
+                if y < middle {
+                    -bent(-y, -range.lower)
+                } else {
+                    bent(y, range.upper)
+                }
+            }
+        }
+    }
+}
+
+/// Half the length of the curve on which the track comes to its end, m.
+pub const BEND_M: f64 = 0.05;
+
+/// y below `end`, and `end` above, joined with C2 over 2·[`BEND_M`].
+///
+/// On the curve, with v from 0 to 1, the slope falls as 1 − (3v² − 2v³), whose integral is
+/// v − v³ + v⁴/2.
+fn bent(y: f64, end: f64) -> f64 {
+    let begin = end - BEND_M;
+    let v = (y - begin) / (2.0 * BEND_M);
+    if v <= 0.0 {
+        y
+    } else if v < 1.0 {
+        begin + 2.0 * BEND_M * (v - v * v * v + 0.5 * v * v * v * v)
+    } else {
+        end
+    }
+}
 
 static DESCRIPTION: RobotDescription<7> = RobotDescription {
     name: "irp6-track",
@@ -61,9 +140,11 @@ impl Robot<7> for Irp6Track {
 
     fn inverse(&self, flange: &Pose, near: &Joints<7>) -> Result<Inverse<7>, KinematicError> {
         finite(&near.0)?;
-        let [along, near_arm @ ..] = near.0;
+        finite(flange.position.as_slice())?;
+        let [kept, near_arm @ ..] = near.0;
         let [track, axes @ ..] = &DESCRIPTION.axes;
         let range = track.joint_position;
+        let along = self.rule.along(flange.position.y, kept, range);
         if !range.contains(along) {
             return Err(KinematicError::Limit {
                 axis: 0,
@@ -86,19 +167,26 @@ impl Robot<7> for Irp6Track {
     }
 
     fn inverse_near(&self, flange: &Pose, near: &Joints<7>) -> Result<Joints<7>, KinematicError> {
-        let [along, near_arm @ ..] = near.0;
+        let [kept, near_arm @ ..] = near.0;
         let [track, axes @ ..] = &DESCRIPTION.axes;
+        let range = track.joint_position;
+        let along = self.rule.along(flange.position.y, kept, range);
         let from_shoulder = Pose {
             position: flange.position - Vector3::new(0.0, along, 0.0),
             rotation: flange.rotation,
         };
-        let inside = track.joint_position.contains(along);
         match inverse::continuing(&from_shoulder, &near_arm, axes) {
-            Some([q1, q2, q3, q4, q5, q6]) if inside => Ok(Joints([along, q1, q2, q3, q4, q5, q6])),
+            Some([q1, q2, q3, q4, q5, q6]) if range.contains(along) => {
+                Ok(Joints([along, q1, q2, q3, q4, q5, q6]))
+            }
             _ => self
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
         }
+    }
+
+    fn chain(&self) -> Option<Chain<7>> {
+        Some(IRP6_TRACK)
     }
 
     fn jacobian(&self, joints: &Joints<7>) -> SMatrix<f64, 6, 7> {

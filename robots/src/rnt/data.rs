@@ -124,7 +124,7 @@ const fn axis(name: &'static str, load_kg_m2: f64) -> AxisDescription {
         // 1.25 mm of a leg, 0.45° of the wrist
         following_error_increments: 1000,
         motor: motor(load_kg_m2),
-        homing: AxisHoming {
+        homing: AxisHoming::Switch {
             coarse_velocity: -5.0,
             fine_velocity: assumed::HOMING_FINE,
         },

@@ -21,7 +21,8 @@ use crate::description::AxisDescription;
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::finite;
 use crate::irp6::arm::{about_y, about_z};
-use crate::irp6::inverse::{LIMIT_SLACK, orthonormal, wrapped};
+use crate::irp6::inverse::LIMIT_SLACK;
+use crate::orientation::{orthonormal, wrapped};
 use core::f64::consts::{PI, TAU};
 
 /// Below this distance of the flange from the base's origin, m, the central leg has no direction.

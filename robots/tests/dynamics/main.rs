@@ -4,6 +4,7 @@
 mod chains;
 mod energy;
 mod equations;
+mod every_robot;
 mod motors;
 mod shapes;
 mod urdf;

@@ -34,20 +34,20 @@ proptest! {
     #[test]
     fn the_transmission_is_the_derivative_of_the_joints(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), ddm in numbers::<7>(900.0)) {
         let q = posture(&unit);
-        let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
-        let motors = Irp6Track.motors(&q).unwrap();
-        let motion = Irp6Track
+        let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
+        let motors = Irp6Track::KEEP.motors(&q).unwrap();
+        let motion = Irp6Track::KEEP
             .joint_motion(&MotorMotion { position: motors, velocity: dm, acceleration: ddm })
             .unwrap();
         // the same chain rule from positions that went through the motors and back, to 1e-13
         prop_assert!(apart(&transmission.joint_velocity(&dm), &motion.velocity) < 1e-11);
         prop_assert!(apart(&transmission.joint_acceleration(&dm, &ddm), &motion.acceleration) < 1e-10);
-        let dense = joints_by_motors(&Irp6Track, &motors).unwrap();
-        let torques = Irp6Track.description().axes.map(|axis| axis.planning_limits.velocity * unit[0]);
+        let dense = joints_by_motors(&Irp6Track::KEEP, &motors).unwrap();
+        let torques = Irp6Track::KEEP.description().axes.map(|axis| axis.planning_limits.velocity * unit[0]);
         let reflected = dense.transpose() * SVector::from(torques);
         prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-11);
         let m = IRP6_TRACK.at(&q).mass_matrix();
-        let rotors = SVector::from(Irp6Track.description().axes.map(|axis| axis.motor.rotor_kg_m2));
+        let rotors = SVector::from(Irp6Track::KEEP.description().axes.map(|axis| axis.motor.rotor_kg_m2));
         let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
         // entries of 1e-4 kg·m²
         prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-16);
@@ -55,7 +55,7 @@ proptest! {
 
     #[test]
     fn motors_and_joints_give_the_same_power(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), torques in numbers::<7>(500.0)) {
-        let transmission = Transmission::at(Irp6Track.description(), &posture(&unit)).unwrap();
+        let transmission = Transmission::at(Irp6Track::KEEP.description(), &posture(&unit)).unwrap();
         let at_joints = SVector::from(torques).dot(&SVector::from(transmission.joint_velocity(&dm)));
         let at_motors = SVector::from(transmission.motor_torques(&torques)).dot(&SVector::from(dm));
         // sums of 7 products up to 1 kW
@@ -65,8 +65,8 @@ proptest! {
     #[test]
     fn the_power_of_the_motors_is_the_change_of_the_energy(unit in numbers::<7>(1.0), dm in numbers::<7>(100.0), ddm in numbers::<7>(500.0)) {
         let q = posture(&unit);
-        let motors = Irp6Track.motors(&q).unwrap();
-        let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+        let motors = Irp6Track::KEEP.motors(&q).unwrap();
+        let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
         let torques = IRP6_TRACK.at(&q).motor_inverse_dynamics(
             &transmission, &dm, &ddm, &STANDARD_GRAVITY, &Wrench::NONE,
         );
@@ -79,9 +79,9 @@ proptest! {
                 *v += t * ddm;
             }
             let motion = MotorMotion { position, velocity, acceleration: ddm };
-            let joints = Irp6Track.joint_motion(&motion).unwrap();
+            let joints = Irp6Track::KEEP.joint_motion(&motion).unwrap();
             let posture = IRP6_TRACK.at(&joints.position);
-            let rotors: f64 = Irp6Track.description().axes.iter().zip(velocity)
+            let rotors: f64 = Irp6Track::KEEP.description().axes.iter().zip(velocity)
                 .map(|(axis, v)| 0.5 * axis.motor.rotor_kg_m2 * v * v).sum();
             rotors + posture.kinetic_energy(&joints.velocity) + posture.potential_energy(&STANDARD_GRAVITY)
         };
@@ -110,7 +110,7 @@ proptest! {
 #[test]
 fn the_curvature_of_the_screws_is_felt() {
     let q = posture(&[0.0; 7]);
-    let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+    let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
     let mut dm = [0.0; 7];
     dm[2] = 100.0;
     let acceleration = transmission.joint_acceleration(&dm, &[0.0; 7]);
@@ -123,7 +123,7 @@ fn the_curvature_of_the_screws_is_felt() {
 #[test]
 fn the_parallelogram_keeps_moments_apart() {
     let q = posture(&[0.0; 7]);
-    let transmission = Transmission::at(Irp6Track.description(), &q).unwrap();
+    let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
     // a pure moment about T's axis is felt by the joints of lower arm, upper arm and T alike
     let motors = transmission.motor_torques(&[0.0, 0.0, 10.0, 10.0, 10.0, 0.0, 0.0]);
     assert_eq!([motors[2], motors[3]].map(f64::to_bits), [0; 2]);
@@ -134,7 +134,7 @@ fn the_parallelogram_keeps_moments_apart() {
 fn beyond_a_dead_centre_there_is_no_transmission() {
     let mut q = posture(&[0.0; 7]);
     q.0[2] = 3.0;
-    let refused = Transmission::at(Irp6Track.description(), &q).unwrap_err();
+    let refused = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap_err();
     assert!(
         matches!(
             refused,
@@ -148,7 +148,7 @@ fn beyond_a_dead_centre_there_is_no_transmission() {
     );
     for wrong in [f64::NAN, f64::INFINITY] {
         q.0[2] = wrong;
-        let refused = Transmission::at(Irp6Track.description(), &q);
+        let refused = Transmission::at(Irp6Track::KEEP.description(), &q);
         assert_eq!(refused, Err(KinematicError::NotFinite));
     }
 }

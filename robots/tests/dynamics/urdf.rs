@@ -6,7 +6,10 @@ use robots::urdf::{JointLimits, joint_limits, write_urdf};
 use robots::{Irp6Track, Robot};
 
 fn track() -> String {
-    let limits = joint_limits(Irp6Track.description(), &Irp6Track.motor_slopes());
+    let limits = joint_limits(
+        Irp6Track::KEEP.description(),
+        &Irp6Track::KEEP.motor_slopes(),
+    );
     let mut text = String::new();
     write_urdf(&mut text, "irp6-track", "", &limits, &IRP6_TRACK).unwrap();
     text
@@ -35,7 +38,7 @@ fn numbers_come_back_to_the_bit() {
     }
     for (value, axis) in values(&text, "lower")
         .iter()
-        .zip(&Irp6Track.description().axes)
+        .zip(&Irp6Track::KEEP.description().axes)
     {
         let lower: f64 = value.parse().unwrap();
         assert_eq!(lower.to_bits(), axis.joint_position.lower.to_bits());
@@ -84,7 +87,10 @@ fn every_element_is_closed_and_every_link_has_one_joint() {
 
 #[test]
 fn the_effort_is_the_drive_at_its_trip_through_its_gear() {
-    let [track, column, ..] = joint_limits(Irp6Track.description(), &Irp6Track.motor_slopes());
+    let [track, column, ..] = joint_limits(
+        Irp6Track::KEEP.description(),
+        &Irp6Track::KEEP.motor_slopes(),
+    );
     // 25 A and 15 A at 0.105 N·m/A; 1570.8 rad/m and 158
     assert!((track.effort - 25.0 * 0.105 * 1_570.796_326_794_896_6).abs() < 1e-9);
     assert!((column.effort - 15.0 * 0.105 * 158.0).abs() < 1e-9);
@@ -127,7 +133,10 @@ fn an_error_of_the_writer_is_handed_on() {
             Ok(())
         }
     }
-    let limits = joint_limits(Irp6Track.description(), &Irp6Track.motor_slopes());
+    let limits = joint_limits(
+        Irp6Track::KEEP.description(),
+        &Irp6Track::KEEP.motor_slopes(),
+    );
     let length = track().len();
     for (room, fits) in [
         (0, false),

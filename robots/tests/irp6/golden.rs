@@ -17,7 +17,7 @@ fn homed_pose() {
         "{p:?}"
     );
     Irp6Postument.check_joints(&p).unwrap();
-    let ot = Irp6Track.joints(&Motors([0.0; 7])).unwrap();
+    let ot = Irp6Track::KEEP.joints(&Motors([0.0; 7])).unwrap();
     assert!(
         apart(
             &ot.0,
@@ -25,7 +25,7 @@ fn homed_pose() {
         ) < 6e-5,
         "{ot:?}"
     );
-    Irp6Track.check_joints(&ot).unwrap();
+    Irp6Track::KEEP.check_joints(&ot).unwrap();
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn front_pose_motors() {
         "{p:?}"
     );
     Irp6Postument.check_motors(&p).unwrap();
-    let ot = Irp6Track.motors(&FRONT_TRACK).unwrap();
+    let ot = Irp6Track::KEEP.motors(&FRONT_TRACK).unwrap();
     assert!(
         apart(
             &ot.0,
@@ -45,14 +45,14 @@ fn front_pose_motors() {
         ) < 6e-4,
         "{ot:?}"
     );
-    Irp6Track.check_motors(&ot).unwrap();
+    Irp6Track::KEEP.check_motors(&ot).unwrap();
 }
 
 #[test]
 fn front_pose_flange() {
     for flange in [
         Irp6Postument.forward(&FRONT_POSTUMENT),
-        Irp6Track.forward(&FRONT_TRACK),
+        Irp6Track::KEEP.forward(&FRONT_TRACK),
     ] {
         let position: [f64; 3] = flange.position.into();
         assert!(
@@ -111,8 +111,8 @@ fn descriptions_are_complete() {
         }
     }
     complete(&Irp6Postument, RobotKind::Irp6Postument);
-    complete(&Irp6Track, RobotKind::Irp6Track);
-    assert_eq!(Irp6Track.description().homing.order[0], 2);
+    complete(&Irp6Track::KEEP, RobotKind::Irp6Track);
+    assert_eq!(Irp6Track::KEEP.description().homing.order[0], 2);
     assert_eq!(Irp6Postument.description().homing.order[0], 1);
 }
 
@@ -124,13 +124,14 @@ fn names_are_found_and_unknown_ones_explained() {
     let text = RobotKind::from_name("irp7").unwrap_err().to_string();
     assert_eq!(
         text,
-        "unknown robot \"irp7\"; known: irp6-track, irp6-postument"
+        "unknown robot \"irp7\"; known: irp6-track, irp6-postument, polycrank, irp6-arm, \
+         conveyor, irp6-track-gripper, irp6-postument-gripper"
     );
 }
 
 #[test]
 fn every_assumed_number_is_listed_with_a_reason() {
-    let axis = Irp6Track.description().axes[0];
+    let axis = Irp6Track::KEEP.description().axes[0];
     for value in [
         axis.hard_limits.acceleration,
         axis.hard_limits.jerk,

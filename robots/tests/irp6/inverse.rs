@@ -114,7 +114,7 @@ proptest! {
         unit in prop::array::uniform7(0.0..1.0f64), off in prop::array::uniform7(-0.02..0.02f64),
     ) {
         stays_on_the_branch(&Irp6Postument, &within_limits(&Irp6Postument, &unit), &off)?;
-        stays_on_the_branch(&Irp6Track, &within_limits(&Irp6Track, &unit), &off)?;
+        stays_on_the_branch(&Irp6Track::KEEP, &within_limits(&Irp6Track::KEEP, &unit), &off)?;
     }
 
     #[test]
@@ -123,13 +123,13 @@ proptest! {
         near in prop::array::uniform7(0.0..1.0f64),
     ) {
         complete(&Irp6Postument, &within_limits(&Irp6Postument, &truth), within_limits(&Irp6Postument, &near))?;
-        complete(&Irp6Track, &within_limits(&Irp6Track, &truth), within_limits(&Irp6Track, &near))?;
+        complete(&Irp6Track::KEEP, &within_limits(&Irp6Track::KEEP, &truth), within_limits(&Irp6Track::KEEP, &near))?;
     }
 
     #[test]
     fn nearest_to_itself_is_itself(truth in prop::array::uniform7(0.0..1.0f64)) {
-        let q = within_limits(&Irp6Track, &truth);
-        let found = Irp6Track.inverse(&Irp6Track.forward(&q), &q).unwrap();
+        let q = within_limits(&Irp6Track::KEEP, &truth);
+        let found = Irp6Track::KEEP.inverse(&Irp6Track::KEEP.forward(&q), &q).unwrap();
         prop_assert!(apart(&found.nearest().0, &q.0) < 1e-8, "{q:?} {:?}", found.nearest());
     }
 
@@ -293,8 +293,8 @@ fn outside_a_limit_names_the_axis() {
         "{error:?}"
     );
     let mut off_track = Joints([1.3, 0.0, -1.57, 0.0, 1.56, 1.57, -1.57]);
-    let pose = Irp6Track.forward(&off_track);
-    let error = Irp6Track.inverse(&pose, &off_track).unwrap_err();
+    let pose = Irp6Track::KEEP.forward(&off_track);
+    let error = Irp6Track::KEEP.inverse(&pose, &off_track).unwrap_err();
     assert!(
         matches!(
             error,
@@ -308,7 +308,7 @@ fn outside_a_limit_names_the_axis() {
     );
     off_track.0[0] = f64::NAN;
     assert_eq!(
-        Irp6Track.inverse(&pose, &off_track),
+        Irp6Track::KEEP.inverse(&pose, &off_track),
         Err(KinematicError::NotFinite)
     );
 }

@@ -201,7 +201,7 @@ proptest! {
         unit in prop::array::uniform7(0.0..1.0f64), signs in signs(), factor in factors(),
     ) {
         box_holds(&Irp6Postument, &unit, &signs, factor)?;
-        box_holds(&Irp6Track, &unit, &signs, factor)?;
+        box_holds(&Irp6Track::KEEP, &unit, &signs, factor)?;
     }
 
     #[test]
@@ -210,7 +210,7 @@ proptest! {
         factor in factors(),
     ) {
         line_holds(&Irp6Postument, &from, &to, factor)?;
-        line_holds(&Irp6Track, &from, &to, factor)?;
+        line_holds(&Irp6Track::KEEP, &from, &to, factor)?;
     }
 
     #[test]
@@ -218,14 +218,14 @@ proptest! {
         from in prop::array::uniform7(0.2..0.8f64), axis in 0..7usize, factor in factors(),
     ) {
         single_axis_is_not_timid(&Irp6Postument, &from, axis, factor)?;
-        single_axis_is_not_timid(&Irp6Track, &from, axis, factor)?;
+        single_axis_is_not_timid(&Irp6Track::KEEP, &from, axis, factor)?;
     }
 }
 
 #[test]
 fn sharing_costs_only_those_who_share() {
-    let limits = Irp6Track.joint_limits_for_planning(VelocityFactor::DEFAULT);
-    let slopes = Irp6Track.motor_slopes();
+    let limits = Irp6Track::KEEP.joint_limits_for_planning(VelocityFactor::DEFAULT);
+    let slopes = Irp6Track::KEEP.motor_slopes();
     // 47.5 rad/s of the motor, alone on it
     for k in [0, 1, 6] {
         assert!(
@@ -248,7 +248,7 @@ fn sharing_costs_only_those_who_share() {
 
 #[test]
 fn slopes_are_the_gears() {
-    let slopes = Irp6Track.motor_slopes();
+    let slopes = Irp6Track::KEEP.motor_slopes();
     let crank = 140.0 * 2.0 * core::f64::consts::PI / 5.0;
     let expected = [
         1_570.796_326_794_896_6,

@@ -4,7 +4,7 @@ use motion::pose::{exp, log};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use robots::rnt::HOME;
-use robots::{ASSUMED, JointKind, Joints, Motors, Rnt, Robot};
+use robots::{ASSUMED, AxisDescription, AxisHoming, JointKind, Joints, Motors, Rnt, Robot};
 
 use super::{apart, platform, within_limits};
 
@@ -155,7 +155,8 @@ fn the_description_is_complete() {
         let per_step = axis.hard_limits.velocity * 1e-3 * 8000.0 / core::f64::consts::TAU;
         assert!(per_step < 0.5 * f64::from(axis.max_increments_per_step));
         // homing towards the switch, then off it; a step of the fine speed is less than 4 increments
-        assert!(axis.homing.coarse_velocity < 0.0 && axis.homing.fine_velocity > 0.0);
+        let (coarse, fine) = homing(axis);
+        assert!(coarse < 0.0 && fine > 0.0);
         // the motor can do the hard limits at once: inertia, friction and the weight of 30 kg on a screw
         let m = axis.motor;
         let torque = (m.rotor_kg_m2 + m.load_kg_m2) * axis.hard_limits.acceleration
@@ -164,6 +165,17 @@ fn the_description_is_complete() {
             + 30.0 * 9.81 * 0.010 / core::f64::consts::TAU;
         let most = axis.current_regulator.limit_ma * 1e-3 * m.torque_constant_nm_a;
         assert!(torque < 0.9 * most, "{torque} of {most}");
+    }
+}
+
+/// Velocities of homing, coarse and fine.
+fn homing(axis: &AxisDescription) -> (f64, f64) {
+    match axis.homing {
+        AxisHoming::Switch {
+            coarse_velocity,
+            fine_velocity,
+        } => (coarse_velocity, fine_velocity),
+        other => panic!("{other:?}"),
     }
 }
 
@@ -189,9 +201,9 @@ fn every_number_is_listed_as_assumed() {
             axis.current_regulator.limit_ma,
             axis.pwm_regulator.a,
             f64::from(axis.increments_per_turn),
-            axis.homing.fine_velocity,
-            -axis.homing.coarse_velocity,
         ];
+        let (coarse, fine) = homing(axis);
+        numbers.extend([-coarse, fine]);
         if axis.kind == JointKind::Prismatic {
             numbers.extend([axis.joint_position.lower, axis.joint_position.upper]);
         } else {

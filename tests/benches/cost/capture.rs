@@ -1,8 +1,8 @@
 //! A real run of a simulated cell, with everything its nodes and its Master Process were given.
 
 use bus::wire::Kind;
-use firmware::process::drive_buses;
-use firmware::{Node, NodeConfig, NodeProcess, Port, Received, Station};
+use firmware::process::buses_of;
+use firmware::{DriveAddress, Node, NodeConfig, NodeProcess, Port, Received, Station};
 use hil_sim::cell::Cell as SimCell;
 use host::program::{Run, RunStatus, Segment, config_of};
 use host::task::{Action, Cell, Move, Target, Task};
@@ -11,7 +11,7 @@ use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState, PosePath, PoseReference, ServoLaw};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::{Irp6Postument, Irp6Track, RobotKind};
+use robots::{Robot, RobotKind, RobotVisitor};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The seed of the run.
@@ -130,17 +130,35 @@ pub(crate) fn station(cell: &Cell, k: usize) -> Station {
         law: robot.servo,
         velocity_factor: robot.velocity_factor,
         one_wire: false,
+        track: robot.track,
     }
 }
 
 /// The configuration of the `k`-th robot's node.
-pub(crate) fn config<const N: usize>(cell: &Cell, k: usize) -> NodeConfig<N> {
-    let buses = drive_buses(cell.robots[k].kind)
-        .try_into()
-        .expect("a bus for each axis");
+pub(crate) fn config<R: Robot<N>, const N: usize>(
+    robot: &R,
+    cell: &Cell,
+    k: usize,
+) -> NodeConfig<N> {
     station(cell, k)
-        .config(buses)
+        .config(buses_of(robot))
         .expect("a configuration that is right")
+}
+
+/// Makes the node of the `k`-th robot and says where its drives are.
+struct Build<'a>(&'a Cell, usize);
+
+impl RobotVisitor for Build<'_> {
+    type Output = (Box<dyn NodeProcess + Send>, Vec<DriveAddress>);
+
+    fn visit<R, const N: usize>(self, robot: R) -> Self::Output
+    where
+        R: Robot<N> + Copy + std::fmt::Debug + Send + Sync + 'static,
+    {
+        let config = config(&robot, self.0, self.1);
+        let node = Node::new(Micros(0), robot, config).expect("a node");
+        (Box::new(node), config.drives.to_vec())
+    }
 }
 
 /// A fresh Master Process for a task.
@@ -156,18 +174,7 @@ pub(crate) fn capture(kinds: &[RobotKind], law: ServoLaw) -> Capture {
     let mut sim = SimCell::new(Kind::Fd);
     let wakes = Arc::new(Mutex::new(Vec::new()));
     for (k, kind) in kinds.iter().enumerate() {
-        let (node, drives): (Box<dyn NodeProcess + Send>, _) = match kind {
-            RobotKind::Irp6Track => {
-                let config = config::<7>(&task.cell, k);
-                let node = Node::new(Micros(0), Irp6Track, config).expect("a node");
-                (Box::new(node), config.drives.to_vec())
-            }
-            RobotKind::Irp6Postument => {
-                let config = config::<6>(&task.cell, k);
-                let node = Node::new(Micros(0), Irp6Postument, config).expect("a node");
-                (Box::new(node), config.drives.to_vec())
-            }
-        };
+        let (node, drives) = kind.visit(task.cell.robots[k].track, Build(&task.cell, k));
         let watched = k + 1 == kinds.len();
         let node = if watched {
             Box::new(Watched {

@@ -41,7 +41,7 @@ pub(crate) fn cost(name: &str, mode: Mode) -> Cost {
         other => unreachable!("no workload {other}"),
     };
     let capture = capture(&KINDS, law);
-    let config = config::<6>(&task(&KINDS, law).cell, 0);
+    let config = config(&Irp6Postument, &task(&KINDS, law).cell, 0);
     let mut pieces = Pieces::default();
     for _ in 0..mode.repeats() {
         pieces.again();

@@ -39,11 +39,7 @@ impl Robot {
 
     pub(crate) fn demand(&self) -> Vec<i64> {
         let feedback = self.feedback.as_ref().unwrap();
-        feedback
-            .demand
-            .iter()
-            .map(|units| i64::from(*units))
-            .collect()
+        feedback.demand.iter().copied().collect()
     }
 }
 

@@ -12,6 +12,7 @@ fn parameters() -> PlantParameters {
         current_limit_a: 20.0,
         current_time_s: 0.000_3,
         increments_per_turn: 4000,
+        absolute: false,
         switch_rad: -2.0,
         switch_hysteresis_rad: 0.05,
         bounce_s: 0.0015,
@@ -184,4 +185,22 @@ fn equal_seeds_give_equal_runs() {
         trace
     };
     assert_eq!(trace(), trace());
+}
+
+#[test]
+fn an_absolute_encoder_counts_from_the_angle_zero_and_without_end() {
+    let unlimited = PlantParameters {
+        absolute: true,
+        limit_rad: [f64::NEG_INFINITY, f64::INFINITY],
+        stop_rad: [f64::NEG_INFINITY, f64::INFINITY],
+        ..parameters()
+    };
+    for start in [-7.3, 0.1, 12_345.6] {
+        let random = SplitMix64::stream(1, "axis", 0);
+        let plant = AxisPlant::new(unlimited, start, 1e-4, random);
+        let count = start * f64::from(unlimited.increments_per_turn) / TAU;
+        let sensed = f64::from(i32::try_from(plant.sensed().count).unwrap());
+        assert_eq!(sensed.to_bits(), count.floor().to_bits(), "{start}");
+        assert!(!plant.sensed().negative_limit && !plant.sensed().positive_limit);
+    }
 }

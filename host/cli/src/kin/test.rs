@@ -138,7 +138,8 @@ fn wrong_use_says_what_was_expected() {
     assert_eq!((out.as_str(), error.exit_code()), ("", 64));
     assert_eq!(
         error.to_string(),
-        "unknown robot \"irp7\"; known: irp6-track, irp6-postument"
+        "unknown robot \"irp7\"; known: irp6-track, irp6-postument, polycrank, irp6-arm, conveyor, \
+         irp6-track-gripper, irp6-postument-gripper"
     );
     for (arguments, text) in [
         (

@@ -12,7 +12,7 @@ use host::error::Error;
 use host::path::Reference;
 use host::plot::{self, CurveDiagram, CurvesPlot, Picture};
 use host::task::{self, PathStep};
-use robots::{Irp6Postument, Irp6Track, Joints, RobotKind};
+use robots::{Joints, Robot, RobotKind, RobotVisitor, TrackRule};
 use serde::Serialize;
 
 use super::answer::Answer;
@@ -103,11 +103,12 @@ impl PathPlan {
         };
         let path = task::path::load(&self.file).map_err(Error::from)?;
         let step = PathStep::new(0, path, reference, self.feed);
-        let ride = match kind {
-            RobotKind::Irp6Track => ride(Irp6Track, &step, self.joints(kind)?),
-            RobotKind::Irp6Postument => ride(Irp6Postument, &step, self.joints(kind)?),
+        let riding = Riding {
+            plan: &self,
+            kind,
+            step: &step,
         };
-        let ride = match ride {
+        let ride = match kind.visit(TrackRule::Keep, riding)? {
             Ok(ride) => ride,
             Err(why) => {
                 let message = format!("{}: error: {kind}: {why}", self.file.display());
@@ -147,6 +148,22 @@ impl PathPlan {
             let got = from.len();
             PlanError::Usage(format!("--from: {kind} has {N} joints (got {got})"))
         })
+    }
+}
+
+/// Takes a robot along the path.
+struct Riding<'a> {
+    plan: &'a PathPlan,
+    kind: RobotKind,
+    step: &'a PathStep,
+}
+
+impl RobotVisitor for Riding<'_> {
+    type Output = Result<Result<Ride, String>, PlanError>;
+
+    fn visit<R: Robot<N> + Copy, const N: usize>(self, robot: R) -> Self::Output {
+        let from = self.plan.joints(self.kind)?;
+        Ok(ride(robot, self.step, from))
     }
 }
 

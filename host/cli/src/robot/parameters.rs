@@ -1,7 +1,7 @@
 //! The numbers of a description as rows. Which source a number has is said in `robots::description`,
 //! field by field; this repeats it.
 
-use robots::{AxisDescription, Gearing, Range, Reference, RobotDescription};
+use robots::{AxisDescription, AxisHoming, Gearing, Range, Reference, RobotDescription};
 use serde::Serialize;
 
 /// Chosen by this project, because nobody published it.
@@ -117,7 +117,7 @@ fn limits(axis: &AxisDescription) -> Vec<Parameter> {
 /// Motor, encoder, what trips, homing.
 fn drive(axis: &AxisDescription) -> Vec<Parameter> {
     let motor = axis.motor;
-    vec![
+    let mut rows = vec![
         row(
             "motor at the reference",
             [axis.synchro_motor_position],
@@ -157,13 +157,16 @@ fn drive(axis: &AxisDescription) -> Vec<Parameter> {
             "increments",
             IRP6_ROBOT,
         ),
-        row(
-            "homing velocity, coarse and fine",
-            [axis.homing.coarse_velocity, axis.homing.fine_velocity],
-            "rad/s",
-            MRROC,
-        ),
-    ]
+    ];
+    if let AxisHoming::Switch {
+        coarse_velocity,
+        fine_velocity,
+    } = axis.homing
+    {
+        let item = "homing velocity, coarse and fine";
+        rows.push(row(item, [coarse_velocity, fine_velocity], "rad/s", MRROC));
+    }
+    rows
 }
 
 fn regulators(axis: &AxisDescription) -> Vec<Parameter> {
@@ -200,6 +203,12 @@ fn transmission(axis: &AxisDescription) -> Vec<Parameter> {
         Gearing::OnPrevious { ratio } => {
             rows.push(row("gear, on the motor before", [ratio], unit, MRROC));
         }
+        Gearing::Quadratic(law) => rows.push(row(
+            "jaw by the motor's angle: c0, c1, c2",
+            [law.constant, law.linear, law.square],
+            "m, m/rad, m/rad²",
+            MRROC,
+        )),
         Gearing::Screw(screw) => rows.extend([
             row(
                 "screw triangle, sum of squares",

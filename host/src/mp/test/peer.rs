@@ -404,11 +404,11 @@ impl Peer {
         reason = "positions of tests are small"
     )]
     fn feedback(&self, now: Micros) -> Feedback {
-        let units: PerAxis<i32> = self
+        let units: PerAxis<i64> = self
             .motors
             .iter()
             .zip(self.arm.axes())
-            .map(|(motor, axis)| (motor / unit_rad(axis)).round() as i32)
+            .map(|(motor, axis)| (motor / unit_rad(axis)).round() as i64)
             .collect();
         Feedback {
             step: self.steps,

@@ -1,6 +1,6 @@
 //! The work of one step: as a job of the Master Process, and what is told of it.
 
-use super::{NEXT_NODE, Phase, Run, RunError, SAME_RAD};
+use super::{NEXT_NODE, Phase, Run, RunError};
 use crate::mp::Job;
 use crate::mp::behaviour::{self, sequence};
 use crate::mp::failure::Failure;
@@ -8,6 +8,7 @@ use crate::mp::generator::{AsPlanned, Carried, Carry, Course, Stream, Together};
 use crate::mp::subsystem::BoxedBehaviour;
 use crate::mp::watch::Watch;
 use crate::path::Streamed;
+use crate::program::plan::SAME_RAD;
 use crate::program::plan::{Motion, Work};
 use crate::program::progress::{Followed, Progress, Segment};
 use crate::task::{PathStep, Tight};
