@@ -138,6 +138,17 @@ mod tests {
     }
 
     #[test]
+    fn only_a_robot_on_a_track_has_a_rule_for_it() {
+        let args = of("mrroc-node irp6-track --bus hub --track in-front").unwrap();
+        assert_eq!(args.track, TrackRule::InFront);
+        let args = of("mrroc-node conveyor --bus hub").unwrap();
+        assert_eq!((args.effector, args.track), (5, TrackRule::Keep));
+        let error = of("mrroc-node polycrank --bus hub --track in-front").unwrap_err();
+        assert_eq!(error.code, exit::USAGE);
+        assert!(of("mrroc-node irp6-track --bus hub --track behind").is_err());
+    }
+
+    #[test]
     fn defaults() {
         let args = of("mrroc-node irp6-postument --bus hub:3000").unwrap();
         assert_eq!(args.effector, 2);
