@@ -12,6 +12,7 @@ pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
+mod path_feed;
 mod path_stream;
 pub mod refusal;
 pub mod tool_path;

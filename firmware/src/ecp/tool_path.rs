@@ -6,11 +6,12 @@
 //! cannot be done is a wall: the tool comes to rest before it, and then the instruction is refused.
 
 use crate::capacity::{PATH_AVERAGED, PATH_PIECES, PATH_SAMPLES, PATH_SAMPLES_PER_MACROSTEP};
+use crate::ecp::path_feed::{Feeds, chord};
 use crate::ecp::{Demand, pose, refusal};
 use motion::Pose;
 use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, ToolSample};
 use motion::path::{
-    Arc, BlendError, Join, MovingSegment, Path, PathPoint, Piece, PieceError, PointError,
+    Arc, BlendError, Curve, Join, MovingSegment, Path, PathPoint, Piece, PieceError, PointError,
     QueueError, Straight, Tolerance,
 };
 use motion::profile::{AxisLimits, State};
@@ -102,7 +103,12 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
         Ok(local)
     }
 
-    fn sample(&self, point: &PathPoint, near: &mut Joints<N>) -> Result<Sample<N>, Refusal> {
+    fn sample(
+        &self,
+        point: &PathPoint,
+        feed: f64,
+        near: &mut Joints<N>,
+    ) -> Result<Sample<N>, Refusal> {
         let local = self.local(point, near)?;
         *near = local.q;
         let rows = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| {
@@ -122,7 +128,7 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
                 linear: rows(&first.linear, &second.linear, &third.linear),
                 angular: rows(&first.angular, &second.angular, &third.angular),
             },
-            feed: self.speeds.velocity_m_s,
+            feed,
         })
     }
 
@@ -161,6 +167,8 @@ pub struct ToolPath<const N: usize> {
     /// No more elements will come.
     ended: bool,
     feed: Feed<N, PATH_SAMPLES, PATH_AVERAGED>,
+    /// The programmed feeds of what is sampled and of what is not yet.
+    feeds: Feeds,
     grid: f64,
     /// Where the piece begins that is sampled, where its last sample was taken, and the joints there.
     piece_from: f64,
@@ -214,6 +222,7 @@ impl<const N: usize> ToolPath<N> {
             last: motion.robot.forward(from) * motion.t_flange_tool,
             ended: false,
             feed,
+            feeds: Feeds::new(velocity_m_s),
             grid,
             piece_from: 0.0,
             sampled: None,
@@ -270,8 +279,10 @@ impl<const N: usize> ToolPath<N> {
                     curve
                 };
                 let span = curve.push(to).map_err(point_problem)?;
+                self.feeds.waiting_m += chord(&self.last, &to);
                 self.last = to;
                 if let Some(span) = span {
+                    self.feeds.waiting_m -= span.length();
                     self.path.push(span).map_err(queue_problem)?;
                 }
                 Ok(())
@@ -293,6 +304,9 @@ impl<const N: usize> ToolPath<N> {
                 self.end_curve()?;
                 self.ended = true;
                 Ok(())
+            }
+            PathElement::Feed { metres_per_second } => {
+                self.feeds.change(self.path.end(), *metres_per_second)
             }
         }
     }
@@ -329,6 +343,7 @@ impl<const N: usize> ToolPath<N> {
         let Some(mut curve) = self.curve.take() else {
             return Ok(());
         };
+        self.feeds.waiting_m = 0.0;
         for _ in 0..PATH_PIECES {
             let Some(span) = curve.finish() else {
                 break;
@@ -427,7 +442,7 @@ impl<const N: usize> ToolPath<N> {
         s: f64,
     ) -> Result<Sample<N>, Refusal> {
         let point = self.path.at(s).ok_or(Refusal::Unreachable)?;
-        motion.sample(&point, &mut self.ahead)
+        motion.sample(&point, self.feeds.at(s), &mut self.ahead)
     }
 
     /// One macrostep, at a share of the programmed feed.
