@@ -225,6 +225,7 @@ fn element(document: &Document<'_>, value: &Value<'_, '_>) -> Result<Mark, DataE
         line: position(document.text, fields.span.start).0,
         way,
         to,
+        feed_m_s: None,
     })
 }
 
