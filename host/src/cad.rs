@@ -30,10 +30,11 @@ pub mod svg;
 mod test;
 
 use crate::input::{DataError, LoadError, Problem, read_text_up_to, shown};
+use crate::path::{MOST_POINTS, Mark, ToolPath};
 use gcode::Gcode;
 use outline::{Engrave, Outline, Outlines};
 use place::{Place, Placement, ZRule};
-use section::Sections;
+use section::{Sections, Work};
 use std::path::Path;
 use std::sync::Arc;
 use step::Step;
@@ -85,6 +86,8 @@ pub struct Options {
     pub curve_tolerance_m: f64,
     /// Speed of what does not cut, m/s.
     pub rapid_m_s: f64,
+    /// Speed of every cut, m/s; absent: as the file says.
+    pub cut_m_s: Option<f64>,
     /// How outlines are engraved.
     pub engrave: Engrave,
     /// Leave out lines that begin with `/`.
@@ -103,6 +106,7 @@ impl Default for Options {
             tolerance_m: 2e-5,
             curve_tolerance_m: 1e-6,
             rapid_m_s: 0.1,
+            cut_m_s: None,
             engrave: Engrave::default(),
             block_delete: true,
             most_blocks: 20_000_000,
@@ -191,6 +195,34 @@ impl Program {
     #[must_use]
     pub const fn summary(&self) -> &Summary {
         &self.summary
+    }
+
+    /// All of its paths as one, in the frame of the board, for a plan that needs it whole.
+    ///
+    /// # Errors
+    /// More than [`MOST_POINTS`] elements.
+    pub fn tool_path(&self, file: &Path) -> Result<ToolPath, DataError> {
+        let paths = self.sections().filter_map(|section| match section.what {
+            Work::Path(path) => Some(path.marks()),
+            Work::Action(_) => None,
+        });
+        let mut marks: Vec<Mark> = Vec::new();
+        for mark in paths.flatten() {
+            if marks.len() == MOST_POINTS {
+                let (what, expected) = (
+                    "too many elements for a plan",
+                    format!("at most {MOST_POINTS}"),
+                );
+                let problem = Problem::WrongCount;
+                let error = DataError::at((mark.line, 1), problem, what, expected, "more");
+                return Err(error.in_file(file));
+            }
+            marks.push(mark);
+        }
+        Ok(ToolPath {
+            file: Some(file.to_path_buf()),
+            marks,
+        })
     }
 
     /// Its sections, in order.

@@ -24,6 +24,8 @@ mod machine;
 #[cfg(test)]
 mod test;
 mod vars;
+#[cfg(test)]
+pub(super) use test::golden;
 
 use super::step::Step;
 use crate::input::{DataError, Problem};

@@ -19,6 +19,8 @@ const CHORD: f64 = 0.05;
 const MOST_CHORDS: u32 = 4096;
 /// An arc is given out in parts of at most this, rad.
 const MOST_ANGLE: f64 = 2.0;
+/// Arcs shorter than this, m, become points of a curve.
+const SHORTEST_ARC_M: f64 = 1e-3;
 /// The rounding of orientation beside that of position, rad: nothing turns.
 const TURN_RAD: f32 = 0.1;
 
@@ -38,6 +40,8 @@ pub struct Marks {
     at: Option<[f64; 3]>,
     last: Option<Piece>,
     feed: Option<f64>,
+    /// Line and feed of the last element, if that is a point of a curve.
+    through: Option<(u32, f64)>,
     /// Within what corners are rounded now, m.
     within_m: f64,
     over: bool,
@@ -49,6 +53,7 @@ struct Bending {
     of: Move,
     line: u32,
     feed: f64,
+    tolerance_m: f64,
     /// Shares of the curve where its spans begin and end, the last first.
     breaks: Vec<f64>,
     from: f64,
@@ -66,6 +71,7 @@ impl Marks {
             at: None,
             last: None,
             feed: None,
+            through: None,
             within_m: 0.0,
             over: false,
         }
@@ -114,7 +120,7 @@ impl Marks {
         };
         let feed = match of.speed {
             Speed::Rapid => self.options.rapid_m_s,
-            Speed::Feed(feed) => feed,
+            Speed::Feed(feed) => self.options.cut_m_s.unwrap_or(feed),
         };
         if self.at.is_none() {
             // wherever the tool is, it is led to where the path begins
@@ -136,31 +142,43 @@ impl Marks {
                 }
             }
             Shape::Line => self.vertex(Vertex { at: to, line, feed }, within_m, false),
-            Shape::Arc { plane, .. }
-                if self.place.keeps_circles(plane[2]) && flat(&of, plane[2]) =>
-            {
-                self.flush();
-                self.arcs(&of, line, feed);
-            }
-            Shape::Arc { angle_rad, .. } => {
-                let parts = super::step::steps(angle_rad.abs());
-                let breaks = (0..=parts).map(|k| f64::from(k) / f64::from(parts));
-                self.bent(&of, line, feed, breaks.collect());
+            Shape::Arc {
+                plane: [.., across],
+                angle_rad,
+                ..
+            } => {
+                let circle = self.place.keeps_circles(*across) && flat(&of, *across);
+                // shorter ones are too close for a node: points of a curve are fewer
+                let short = self.place.scale * of.length_m() < SHORTEST_ARC_M && within_m > 0.0;
+                if circle && !short {
+                    self.flush();
+                    self.arcs(&of, line, feed);
+                } else {
+                    let parts = super::step::steps(angle_rad.abs());
+                    let breaks = (0..=parts).map(|k| f64::from(k) / f64::from(parts));
+                    let tolerance_m = if circle {
+                        within_m
+                    } else {
+                        self.options.curve_tolerance_m
+                    };
+                    self.bent(&of, line, feed, breaks.collect(), tolerance_m);
+                }
             }
             Shape::Nurbs(curve) => {
                 let breaks = curve.breaks().collect();
-                self.bent(&of, line, feed, breaks);
+                self.bent(&of, line, feed, breaks, self.options.curve_tolerance_m);
             }
         }
     }
 
-    fn bent(&mut self, of: &Move, line: u32, feed: f64, mut breaks: Vec<f64>) {
+    fn bent(&mut self, of: &Move, line: u32, feed: f64, mut breaks: Vec<f64>, tolerance_m: f64) {
         breaks.reverse();
         let from = breaks.pop().unwrap_or_default();
         self.bending = Some(Bending {
             of: of.clone(),
             line,
             feed,
+            tolerance_m,
             breaks,
             from,
         });
@@ -174,7 +192,7 @@ impl Marks {
         let Some(to) = bending.breaks.pop() else {
             return;
         };
-        let tolerance = self.options.curve_tolerance_m;
+        let tolerance = bending.tolerance_m;
         let at = |share: f64| self.place.map(&bending.of.at(share));
         let (from, width) = (bending.from, to - bending.from);
         // chords of sixteen parts are off by so much; that falls with the square of their number
@@ -232,11 +250,19 @@ impl Marks {
         for given in given {
             match given {
                 Given::Line(to) => self.line(to.at, to.line, to.feed, false),
+                Given::Begin => self.part(),
                 Given::Point(to) => {
                     self.mark(Way::Through, to.at, to.line, to.feed);
                     self.last = None;
                 }
             }
+        }
+    }
+
+    /// Two curves one after the other would be one: a line that goes nowhere parts them.
+    fn part(&mut self) {
+        if let (Some(at), Some((line, feed))) = (self.at, self.through) {
+            self.mark(Way::Line { corner: SHARP }, at, line, feed);
         }
     }
 
@@ -324,6 +350,7 @@ impl Marks {
         let changed = self.feed.map(f64::to_bits) != Some(feed.to_bits());
         self.feed = Some(feed);
         self.at = Some(to);
+        self.through = (way == Way::Through).then_some((line, feed));
         self.made.push_back(Mark {
             line,
             way,

@@ -32,7 +32,8 @@ pub enum ZRule {
     AsPlane,
     /// So many times.
     Scale(f64),
-    /// The deepest cut is so many metres deep.
+    /// The deepest cut is so many metres deep: cuts below the surface are scaled; a program that cuts at z of the
+    /// surface is lowered, and z scaled as the plane.
     Depth(f64),
 }
 
@@ -120,7 +121,11 @@ impl Place {
             ZRule::Depth(depth) if deepest > NOTHING_M => depth / deepest,
             ZRule::Depth(_) => scale,
         };
-        let mut offset_m = [0.0, 0.0, -z_scale * options.surface_m];
+        let lowered = match options.z {
+            ZRule::Depth(depth) if deepest <= NOTHING_M => depth + z_scale * deepest,
+            _ => 0.0,
+        };
+        let mut offset_m = [0.0, 0.0, -z_scale * options.surface_m - lowered];
         if let Some(board) = centre.filter(|_| !cuts.is_empty()) {
             for (axis, (offset, edge)) in offset_m.iter_mut().zip(board).enumerate() {
                 let middle = 0.5 * (get(&cuts.least_m, axis) + get(&cuts.greatest_m, axis));

@@ -48,6 +48,8 @@ pub(super) struct Vertex {
 pub(super) enum Given {
     /// A line to a vertex.
     Line(Vertex),
+    /// A curve begins where the tool is: another than the one that may have ended there.
+    Begin,
     /// A point of the curve.
     Point(Vertex),
 }
@@ -204,12 +206,10 @@ impl Smoother {
         self.vertices.splice(first..first, added);
         self.given = first;
         self.forced = first + added.len();
-        let mut points = heapless::Vec::<Given, TRIED>::new();
+        let mut points = Vec::new();
         let begin = self.begin();
         let fits = begin.is_some_and(|begin| {
-            self.try_curve(&begin, CLOSEST_M, all, &mut |given| {
-                let _ = points.push(given);
-            })
+            self.try_curve(&begin, CLOSEST_M, all, &mut |given| points.push(given))
         });
         self.forced = 0;
         if fits {
@@ -270,6 +270,9 @@ impl Smoother {
             let mut end = curve.clone();
             if !self.end(&mut end) {
                 continue;
+            }
+            if self.curve.is_none() {
+                out(Given::Begin);
             }
             for place in points.iter().take(count) {
                 if let Some(vertex) = self.vertices.get(*place) {

@@ -104,7 +104,7 @@ impl Summary {
         // a program executes a bounded number of lines
         while let Some(step) = steps.next() {
             match step?.what {
-                What::Move(made) => cutting_s += this.moved(&made, &mut cuts),
+                What::Move(made) => cutting_s += this.moved(&made, &mut cuts, options.cut_m_s),
                 What::Action(action) => this.acted(action),
             }
             this.look(&mut steps);
@@ -140,7 +140,7 @@ impl Summary {
     }
 
     /// A move, and the time that it takes if it cuts, s.
-    fn moved(&mut self, made: &Move, cuts: &mut Extent) -> f64 {
+    fn moved(&mut self, made: &Move, cuts: &mut Extent, cut: Option<f64>) -> f64 {
         let length = made.length_m();
         let Speed::Feed(feed) = made.speed else {
             self.rapids += 1;
@@ -161,6 +161,7 @@ impl Summary {
         if feed > *greatest {
             *greatest = feed;
         }
+        let feed = cut.unwrap_or(feed);
         if feed > 0.0 { length / feed } else { 0.0 }
     }
 
