@@ -461,7 +461,9 @@ impl Reader {
             return Ok(());
         };
         let mut outline = Outline::new(entity.kind.line, first.at(0.0));
-        curves.into_iter().for_each(|curve| outline.curve(curve));
+        for curve in curves {
+            outline.curve(curve);
+        }
         self.add(outline);
         Ok(())
     }

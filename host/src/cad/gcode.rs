@@ -1,4 +1,4 @@
-//! RS-274 (G-code), the dialect of LinuxCNC, run line by line.
+//! RS-274 (G-code), the dialect of `LinuxCNC`, run line by line.
 //!
 //! | understood | |
 //! |---|---|
@@ -268,7 +268,7 @@ impl Run {
     ) -> Result<(), DataError> {
         let here = *cursor;
         match line.word {
-            Word::Sub => self.after(program, line.end),
+            Word::Sub | Word::Else => self.after(program, line.end),
             Word::Call => self.call(program, line, cursor)?,
             Word::EndSub | Word::Return => self.back(cursor)?,
             Word::If => self.branch(program, index, cursor)?,
@@ -277,7 +277,6 @@ impl Run {
                 cursor.skip_rest();
                 self.after(program, line.end);
             }
-            Word::Else => self.after(program, line.end),
             Word::EndIf | Word::Do => {}
             Word::While => {
                 if !self.truth(cursor)? {
@@ -304,18 +303,16 @@ impl Run {
             Word::EndRepeat => self.again(program, line),
             Word::Break | Word::Continue => self.leave(program, line),
         }
-        self.rest(cursor)
+        Self::rest(cursor)
     }
 
     /// Nothing but comments may follow an O-word.
-    fn rest(&self, cursor: &mut Cursor<'_>) -> Result<(), DataError> {
+    fn rest(cursor: &mut Cursor<'_>) -> Result<(), DataError> {
+        while cursor.take(b'(') {
+            cursor.comment()?;
+        }
         match cursor.peek() {
             None | Some(b';') => Ok(()),
-            Some(b'(') => {
-                cursor.next();
-                cursor.comment()?;
-                self.rest(cursor)
-            }
             Some(_) => Err(cursor.wrong("after an O-word", "a comment or the end of the line")),
         }
     }
@@ -365,7 +362,7 @@ impl Run {
                     part = next;
                     continue;
                 }
-                self.rest(&mut there)?;
+                Self::rest(&mut there)?;
             }
             self.after(program, next);
             break;

@@ -96,7 +96,7 @@ impl Iterator for Marks {
             }
             match self.steps.next() {
                 Some(Ok(step)) => match step.what {
-                    What::Move(made) => self.take(made, step.line),
+                    What::Move(made) => self.take(&made, step.line),
                     What::Action(_) => self.end(),
                 },
                 _ => self.end(),
@@ -111,7 +111,7 @@ impl Marks {
         self.over = true;
     }
 
-    fn take(&mut self, of: Move, line: u32) {
+    fn take(&mut self, of: &Move, line: u32) {
         let (from, to) = (self.place.map(&of.from_m), self.place.map(&of.to_m));
         let within_m = match of.keeping {
             Keeping::Task => self.options.tolerance_m,
@@ -147,12 +147,12 @@ impl Marks {
                 angle_rad,
                 ..
             } => {
-                let circle = self.place.keeps_circles(*across) && flat(&of, *across);
+                let circle = self.place.keeps_circles(*across) && flat(of, *across);
                 // shorter ones are too close for a node: points of a curve are fewer
                 let short = self.place.scale * of.length_m() < SHORTEST_ARC_M && within_m > 0.0;
                 if circle && !short {
                     self.flush();
-                    self.arcs(&of, line, feed);
+                    self.arcs(of, line, feed);
                 } else {
                     let parts = super::step::steps(angle_rad.abs());
                     let breaks = (0..=parts).map(|k| f64::from(k) / f64::from(parts));
@@ -161,12 +161,12 @@ impl Marks {
                     } else {
                         self.options.curve_tolerance_m
                     };
-                    self.bent(&of, line, feed, breaks.collect(), tolerance_m);
+                    self.bent(of, line, feed, breaks.collect(), tolerance_m);
                 }
             }
             Shape::Nurbs(curve) => {
                 let breaks = curve.breaks().collect();
-                self.bent(&of, line, feed, breaks, self.options.curve_tolerance_m);
+                self.bent(of, line, feed, breaks, self.options.curve_tolerance_m);
             }
         }
     }

@@ -116,10 +116,9 @@ impl Place {
         };
         let deepest = options.surface_m - get(&cuts.least_m, 2);
         let z_scale = match options.z {
-            ZRule::AsPlane => scale,
             ZRule::Scale(scale) => scale,
             ZRule::Depth(depth) if deepest > NOTHING_M => depth / deepest,
-            ZRule::Depth(_) => scale,
+            ZRule::AsPlane | ZRule::Depth(_) => scale,
         };
         let lowered = match options.z {
             ZRule::Depth(depth) if deepest <= NOTHING_M => depth + z_scale * deepest,

@@ -22,7 +22,7 @@ pub struct Section {
 #[derive(Clone, Debug)]
 pub enum Work {
     /// The tool moves.
-    Path(PathSection),
+    Path(Box<PathSection>),
     /// Something is done at rest.
     Action(Action),
 }
@@ -54,29 +54,27 @@ impl Iterator for Sections {
     type Item = Section;
 
     fn next(&mut self) -> Option<Section> {
-        loop {
-            let before = self.steps.clone();
-            // the first pass found no error, and the second is the same
-            let step = loop {
-                let step = self.steps.next()?.ok()?;
-                if !(self.within && matches!(step.what, What::Move(_))) {
-                    break step;
-                }
-            };
-            self.within = matches!(step.what, What::Move(_));
-            let what = match step.what {
-                What::Action(action) => Work::Action(action),
-                What::Move(_) => Work::Path(PathSection {
-                    steps: before,
-                    place: self.place,
-                    options: self.options,
-                }),
-            };
-            return Some(Section {
-                line: step.line,
-                what,
-            });
-        }
+        let before = self.steps.clone();
+        // the first pass found no error, and the second is the same
+        let step = loop {
+            let step = self.steps.next()?.ok()?;
+            if !(self.within && matches!(step.what, What::Move(_))) {
+                break step;
+            }
+        };
+        self.within = matches!(step.what, What::Move(_));
+        let what = match step.what {
+            What::Action(action) => Work::Action(action),
+            What::Move(_) => Work::Path(Box::new(PathSection {
+                steps: before,
+                place: self.place,
+                options: self.options,
+            })),
+        };
+        Some(Section {
+            line: step.line,
+            what,
+        })
     }
 }
 

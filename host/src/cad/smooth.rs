@@ -349,13 +349,13 @@ impl Smoother {
             return false;
         };
         curve.ends.push_back(end);
-        span.is_none_or(|span| self.made(curve, span))
+        span.is_none_or(|span| self.made(curve, &span))
     }
 
     /// The curve ends.
     fn end(&self, curve: &mut Trace) -> bool {
         while let Some(span) = curve.segment.finish() {
-            if !self.made(curve, span) {
+            if !self.made(curve, &span) {
                 return false;
             }
         }
@@ -363,7 +363,7 @@ impl Smoother {
     }
 
     /// Compares a span with the vertices between its ends.
-    fn made(&self, curve: &mut Trace, span: Quintic) -> bool {
+    fn made(&self, curve: &mut Trace, span: &Quintic) -> bool {
         let Some(from) = curve.ends.pop_front() else {
             return false;
         };
@@ -371,7 +371,7 @@ impl Smoother {
         let Some(polygon) = self.vertices.get(from..=to) else {
             return false;
         };
-        curve.last = Some(span);
+        curve.last = Some(*span);
         let within = USED * self.tolerance_m;
         let mut points = [[0.0; 3]; COMPARED as usize + 1];
         for (k, point) in (0..=COMPARED).zip(&mut points) {

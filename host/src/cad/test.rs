@@ -10,6 +10,7 @@ use motion::Pose;
 use motion::path::{Arc as Circular, Join, MovingSegment, Path as Pieces, Straight, Tolerance};
 use proptest::prelude::*;
 use protocol::message::PathElement;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// A real file of others, if it is there: where `MRROC_GCODE` says.
@@ -36,7 +37,7 @@ fn program(text: &str, options: &Options) -> Program {
 
 fn paths(program: &Program) -> Vec<PathSection> {
     let paths = program.sections().filter_map(|section| match section.what {
-        Work::Path(path) => Some(path),
+        Work::Path(path) => Some(*path),
         Work::Action(_) => None,
     });
     paths.collect()
@@ -183,7 +184,7 @@ fn a_circle_of_short_lines_between_long_ones_is_passed_without_a_stop() {
     for k in 1..=100 {
         let angle = core::f64::consts::PI * f64::from(k) / 100.0;
         let (x, y) = (20.0 * libm::sin(angle), 20.0 * (1.0 - libm::cos(angle)));
-        text += &format!("X{x:.6} Y{y:.6}\n");
+        writeln!(text, "X{x:.6} Y{y:.6}").unwrap();
     }
     text += "X-20\n";
     let program = program(&text, &Options::default());
@@ -335,7 +336,7 @@ proptest! {
             at[0] += 1e-3 * length * libm::cos(way);
             at[1] += 1e-3 * length * libm::sin(way);
             let mm = at.map(|x| 1e3 * x);
-            text += &format!("X{:.9} Y{:.9}\n", mm[0], mm[1]);
+            writeln!(text, "X{:.9} Y{:.9}", mm[0], mm[1]).unwrap();
             polygon.push(at);
         }
         let options = Options { tolerance_m: tolerance, ..Options::default() };
@@ -359,9 +360,10 @@ proptest! {
         prop_assume!(control.iter().any(|[x, y]| x + y > 1.0));
         let mut text = "G0 X0 Y0 Z0 F600\n".to_owned();
         for (k, [x, y]) in control.iter().enumerate() {
-            text += &format!("{}X{x:.3} Y{y:.3}\n", if k == 0 { "G5.2 " } else { "" });
+            let begin = if k == 0 { "G5.2 " } else { "" };
+            writeln!(text, "{begin}X{x:.3} Y{y:.3}").unwrap();
         }
-        text += &format!("G5.3\nG91 G3 X0 Y0 I5 Z{rise:.3}\n");
+        writeln!(text, "G5.3\nG91 G3 X0 Y0 I5 Z{rise:.3}").unwrap();
         let program = program(&text, &Options::default());
         let made: Vec<_> = program.source.steps(&program.options).map(|step| match step.unwrap().what {
             step::What::Move(made) => made,
@@ -405,7 +407,7 @@ fn drawing(text: String, format: Format) -> Program {
 /// Length of the outlines of a drawing without what goes down, mm, and its box, mm.
 fn drawn(program: &Program) -> (f64, [f64; 4]) {
     let summary = program.summary();
-    let outlines = (summary.rapids / 2) as f64;
+    let outlines = f64::from(u32::try_from(summary.rapids / 2).unwrap());
     let down = Options::default().engrave.clearance_m + Options::default().engrave.depth_m;
     let (least, greatest) = (summary.cuts.least_m, summary.cuts.greatest_m);
     let ends = [least[0], least[1], greatest[0], greatest[1]];
@@ -598,10 +600,10 @@ fn drawings_that_are_no_outlines_are_refused_with_their_place() {
             Program::read(dxf(entities), Format::Dxf, &options).unwrap_err(),
         ));
     }
-    let told: String = refused
-        .iter()
-        .map(|(text, error)| format!("{text:?}\n    {error}\n"))
-        .collect();
+    let mut told = String::new();
+    for (text, error) in refused {
+        writeln!(told, "{text:?}\n    {error}").unwrap();
+    }
     gcode::golden("drawings.txt", &told);
 }
 

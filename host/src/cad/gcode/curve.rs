@@ -11,7 +11,7 @@ use core::f64::consts::PI;
 use std::sync::Arc;
 
 /// Radii at both ends of an arc may differ by this, m, and this share of them, but for 5 µm: what
-/// LinuxCNC admits.
+/// `LinuxCNC` admits.
 const RADII_APART: (f64, f64, f64) = (0.5e-3, 1e-3, 5e-6);
 
 /// What an arc depends on.
@@ -256,7 +256,7 @@ pub(super) fn quadratic(
     Ok(Shape::Nurbs(Arc::new(shape)))
 }
 
-/// G5.2 to G5.3, with the knots of LinuxCNC; its speed is the caller's.
+/// G5.2 to G5.3, with the knots of `LinuxCNC`; its speed is the caller's.
 pub(super) fn nurbs(
     order: usize,
     control: Vec<([f64; 3], f64)>,

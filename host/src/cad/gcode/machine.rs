@@ -35,6 +35,9 @@ enum Motion {
     Nurbs,
 }
 
+/// Where a line leads to, by axis, and its first axis.
+type Target<'a> = ([Option<f64>; 3], Option<Cursor<'a>>);
+
 /// Control points between G5.2 and G5.3.
 #[derive(Clone, Debug)]
 struct Open {
@@ -45,6 +48,10 @@ struct Open {
 
 /// What holds until a word says otherwise.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a mode of its own in RS-274"
+)]
 pub(super) struct Machine {
     /// Metres in a unit of length.
     pub(super) unit_m: f64,
@@ -370,29 +377,7 @@ impl Machine {
             let (_, cursor) = cursor.unwrap_or((0.0, Cursor::new("", line)));
             return Err(cursor.wrong("axes without a motion", "G0, G1, G2, G3 or G5 before them"));
         }
-        let mut to = self.at;
-        let mut place = None;
-        for (k, letter) in axes.into_iter().enumerate() {
-            let Some((value, cursor)) = block.value(letter) else {
-                continue;
-            };
-            place.get_or_insert(cursor);
-            let mut value = value * self.unit_m;
-            let known = self.at.get(k).copied().flatten();
-            if !self.absolute {
-                let Some(from) = known else {
-                    let what = "an incremental axis before the program has said where it is";
-                    return Err(cursor.wrong(what, "G90 and a place of this axis"));
-                };
-                value += from;
-            }
-            if !(-FARTHEST_M..=FARTHEST_M).contains(&value) {
-                return Err(out_of_range(&cursor, "a coordinate", "within 10 km", value));
-            }
-            if let Some(axis) = to.get_mut(k) {
-                *axis = Some(value);
-            }
-        }
+        let (to, place) = self.target(block)?;
         let place = place.unwrap_or_else(|| {
             let code = block.g().first().copied();
             code.map_or_else(|| Cursor::new("", line), |(_, cursor)| cursor)
@@ -450,6 +435,34 @@ impl Machine {
             what: What::Move(made),
         });
         Ok(())
+    }
+
+    /// Where the axes of a line lead to, and the first of them.
+    fn target<'a>(&self, block: &mut Block<'a>) -> Result<Target<'a>, DataError> {
+        let mut to = self.at;
+        let mut place = None;
+        for (k, letter) in b"xyz".iter().copied().enumerate() {
+            let Some((value, cursor)) = block.value(letter) else {
+                continue;
+            };
+            place.get_or_insert(cursor);
+            let mut value = value * self.unit_m;
+            let known = self.at.get(k).copied().flatten();
+            if !self.absolute {
+                let Some(from) = known else {
+                    let what = "an incremental axis before the program has said where it is";
+                    return Err(cursor.wrong(what, "G90 and a place of this axis"));
+                };
+                value += from;
+            }
+            if !(-FARTHEST_M..=FARTHEST_M).contains(&value) {
+                return Err(out_of_range(&cursor, "a coordinate", "within 10 km", value));
+            }
+            if let Some(axis) = to.get_mut(k) {
+                *axis = Some(value);
+            }
+        }
+        Ok((to, place))
     }
 
     /// Without a place of some axis the tool stays where it is, and gets there with the next motion.
