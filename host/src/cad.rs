@@ -170,6 +170,15 @@ impl Program {
     /// # Errors
     /// The first mistake in it, a program that cuts nothing included.
     pub fn read(text: String, format: Format, options: &Options) -> Result<Self, DataError> {
+        let mut options = *options;
+        if format != Format::Gcode {
+            // a drawing has no z: depth and clearance are the task's, as they are
+            if let ZRule::Depth(depth) = options.z {
+                options.engrave.depth_m = depth;
+            }
+            options.z = ZRule::Scale(1.0);
+        }
+        let options = &options;
         let source = match format {
             Format::Gcode => Source::Gcode(Arc::new(Gcode::new(
                 text,

@@ -26,7 +26,7 @@ const TURN_RAD: f32 = 0.1;
 
 /// The elements of a path in the frame of the board: an iterator that makes them as they are asked for.
 ///
-/// Memory is that of the program that runs, of 4096 vertices at most, and of what one move makes.
+/// Memory is that of the program that runs, of 2048 vertices at most, and of what one move makes.
 #[derive(Clone, Debug)]
 pub struct Marks {
     steps: Steps,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// How outlines are engraved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Engrave {
-    /// How deep below z = 0, m; it is scaled as every z.
+    /// How deep below z = 0, m; a depth of the task goes before it, and neither is scaled.
     pub depth_m: f64,
     /// How high the tool is above it between outlines, m.
     pub clearance_m: f64,

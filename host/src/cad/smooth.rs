@@ -10,8 +10,8 @@ use motion::path::{Curve, MovingSegment, Piece, Quintic};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// The most vertices that are looked at together: 512 kB with what belongs to them.
-pub(super) const MOST_VERTICES: usize = 4096;
+/// The most vertices that are looked at together: 100 kB with what belongs to them.
+pub(super) const MOST_VERTICES: usize = 2048;
 /// Points are no closer than this, m: a node sees 0.2 mm or more from sample to sample, and wants points no
 /// closer than a quarter of that; it takes 200 of them per second.
 const CLOSEST_M: f64 = 2.5e-4;

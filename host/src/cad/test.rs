@@ -496,6 +496,29 @@ fn shapes_and_paths_of_svg_have_their_lengths_and_places() {
     }
 }
 
+#[test]
+fn a_drawing_is_as_deep_as_the_task_says_however_large_it_is() {
+    for (z, depth) in [
+        (ZRule::AsPlane, 2e-4),
+        (ZRule::Scale(9.0), 2e-4),
+        (ZRule::Depth(1e-3), 1e-3),
+    ] {
+        let options = Options { z, ..fitted() };
+        let circle = svg("<circle r='1'/>");
+        let program = Program::read(circle, Format::Svg, &options).unwrap();
+        let board = program.summary().on_board;
+        let ends = [board.least_m, board.greatest_m];
+        // 80 mm in the middle of 120 by 100
+        for (got, wanted) in ends
+            .iter()
+            .flatten()
+            .zip([0.02, 0.01, -depth, 0.1, 0.09, 2e-3])
+        {
+            assert!((got - wanted).abs() < 1e-9, "{board:?}");
+        }
+    }
+}
+
 fn dxf(entities: &str) -> String {
     let groups = entities.split_whitespace().collect::<Vec<_>>().join("\n");
     format!(
