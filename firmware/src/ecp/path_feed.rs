@@ -84,13 +84,15 @@ mod test {
 
     #[test]
     fn a_feed_holds_from_where_it_was_said_and_never_above_the_instructions() {
-        let mut feeds = Feeds::new(0.1);
-        feeds.change(1.0, 0.05).unwrap();
-        feeds.change(1.0, 0.025).unwrap();
+        let mut feeds = Feeds::new(0.125);
+        feeds.change(1.0, 0.25).unwrap();
+        feeds.change(1.0, 0.0625).unwrap();
         feeds.waiting_m = 0.5;
         feeds.change(1.0, 7.0).unwrap();
-        let got = [0.0, 0.999, 1.0, 1.499, 1.5, 9.0].map(|s| feeds.at(s));
-        assert_eq!(got, [0.1, 0.1, 0.025, 0.025, 0.1, 0.1]);
+        let wanted = [0.125, 0.125, 0.0625, 0.0625, 0.125, 0.125];
+        for (s, wanted) in [0.0, 0.999, 1.0, 1.499, 1.5, 9.0].into_iter().zip(wanted) {
+            assert!((feeds.at(s) - wanted).abs() < 1e-15, "{s}");
+        }
     }
 
     #[test]
