@@ -12,8 +12,10 @@ pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
+mod path_feed;
 mod path_stream;
 pub mod refusal;
+pub mod tool_motion;
 pub mod tool_path;
 
 pub use image::{Coordinator, Demand, EffectorImage, Sensors};
@@ -35,7 +37,8 @@ use protocol::message::{
 };
 use protocol::time::Micros;
 use robots::Robot;
-use tool_path::{PathSpeeds, ToolMotion, ToolPath};
+use tool_motion::{PathSpeeds, ToolMotion};
+use tool_path::ToolPath;
 
 /// The subsystem `C_j` of a robot with N axes, as the formalism sees it.
 #[derive(Clone, Copy, Debug)]

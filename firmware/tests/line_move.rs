@@ -2,7 +2,7 @@
 
 use agent::{Behaviour, Input, Move, Step};
 use firmware::ecp::generator::line_move::{LineMove, Reference};
-use firmware::ecp::tool_path::{PathSpeeds, ToolMotion};
+use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
 use firmware::ecp::{Coordinator, Demand, EcpOf, EffectorImage, Sensors};
 use firmware::edp::EdpSetup;
 use motion::Pose;

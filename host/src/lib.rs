@@ -1,6 +1,7 @@
 //! Under construction.
 #![forbid(unsafe_code)]
 
+pub mod cad;
 pub mod error;
 pub mod input;
 pub mod instruct;

@@ -74,6 +74,8 @@ pub struct Mark {
     pub way: Way,
     /// Where.
     pub to: Goal,
+    /// From here on the greatest feed is this, m/s; absent: as before.
+    pub feed_m_s: Option<f64>,
 }
 
 /// A path as written.
@@ -138,6 +140,8 @@ impl ToolPath {
     pub fn from(&self, start: &Pose, reference: Reference) -> Result<Streamed, PathFault> {
         let (mut elements, mut marks) = (Vec::new(), Vec::new());
         let mut last = *start;
+        // the feed of marks that are left out holds for the one after them
+        let mut feeds = None;
         for (number, mark) in self.marks.iter().enumerate() {
             let to = mark.to.pose(start, reference);
             let (metres, radians) = apart(&last, &to);
@@ -147,20 +151,20 @@ impl ToolPath {
                 Way::Arc { .. } => false,
             };
             if stays {
+                if let Some(feed) = mark.feed_m_s {
+                    feeds = Some(feed);
+                }
                 continue;
             }
+            let mark = &Mark {
+                feed_m_s: mark.feed_m_s.or(feeds.take()),
+                ..*mark
+            };
             last = to;
-            let to = crate::instruct::pose_message(&to);
-            marks.push(number);
-            elements.push(match mark.way {
-                Way::Through => PathElement::Through(to),
-                Way::Line { corner } => PathElement::Line { to, corner },
-                Way::Arc { via_m, corner } => PathElement::Arc {
-                    via_m: reference.position(start, via_m).into(),
-                    to,
-                    corner,
-                },
-            });
+            for element in streamed(mark, start, reference) {
+                marks.push(number);
+                elements.push(element);
+            }
         }
         if elements.is_empty() {
             let problem = PathProblem::NoLength;
@@ -176,6 +180,54 @@ impl ToolPath {
             marks,
             course,
         })
+    }
+}
+
+/// What a mark becomes on its way to a node: its feed, if it has one, and where it leads to.
+pub(crate) fn streamed(
+    mark: &Mark,
+    start: &Pose,
+    reference: Reference,
+) -> impl Iterator<Item = PathElement> + use<> {
+    let to = crate::instruct::pose_message(&mark.to.pose(start, reference));
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "speeds travel as f32; 24 bits are enough"
+    )]
+    let feed = mark.feed_m_s.map(|feed| PathElement::Feed {
+        metres_per_second: feed as f32,
+    });
+    let element = match mark.way {
+        Way::Through => PathElement::Through(to),
+        Way::Line { corner } => PathElement::Line { to, corner },
+        Way::Arc { via_m, corner } => PathElement::Arc {
+            via_m: reference.position(start, via_m).into(),
+            to,
+            corner,
+        },
+    };
+    feed.into_iter().chain([element])
+}
+
+impl Mark {
+    /// A mark on a board that is somewhere, with an orientation (a rotation vector, rad).
+    pub(crate) fn on(self, t_base_board: &Pose, rotation_rad: [f64; 3]) -> Self {
+        let at = |point: [f64; 3]| -> [f64; 3] {
+            let turned = t_base_board.rotation * Vector3::from(point);
+            (t_base_board.position + turned).into()
+        };
+        let way = match self.way {
+            Way::Arc { via_m, corner } => Way::Arc {
+                via_m: at(via_m),
+                corner,
+            },
+            other => other,
+        };
+        let to = Goal {
+            position_m: at(self.to.position_m),
+            rotation_rad: Some(rotation_rad),
+        };
+        Self { way, to, ..self }
     }
 }
 

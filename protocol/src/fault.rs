@@ -295,6 +295,8 @@ pub enum PathProblem {
     TurnTooLarge,
     /// A tolerance is negative, or the corner cannot be rounded within it.
     Corner,
+    /// A feed is not greater than 0, or not finite.
+    Feed,
 }
 
 // schema: end

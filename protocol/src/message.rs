@@ -199,6 +199,11 @@ pub enum PathElement {
     },
     /// Nothing more comes: the path ends where it is.
     End,
+    /// From here on the tool goes no faster than this, and never faster than the instruction allows.
+    Feed {
+        /// Speed of the tool's origin, m/s; greater than 0.
+        metres_per_second: f32,
+    },
 }
 
 /// Elements in one [`Request::Path`].

@@ -6,191 +6,24 @@
 //! cannot be done is a wall: the tool comes to rest before it, and then the instruction is refused.
 
 use crate::capacity::{PATH_AVERAGED, PATH_PIECES, PATH_SAMPLES, PATH_SAMPLES_PER_MACROSTEP};
-use crate::ecp::{Demand, pose, refusal};
+use crate::ecp::path_feed::{Feeds, chord};
+use crate::ecp::tool_motion::{ToolMotion, bend};
+use crate::ecp::{Demand, pose};
 use motion::Pose;
-use motion::feed::{Feed, FeedLimits, NormLimits, PushError, Sample, Status, Step, ToolSample};
+use motion::feed::{Feed, PushError, Sample, Status, Step};
 use motion::path::{
-    Arc, BlendError, Join, METRES_PER_RADIAN, MovingSegment, Path, PathPoint, Piece, PieceError,
-    PointError, QueueError, Straight, Tolerance,
+    Arc, BlendError, Curve, Join, MovingSegment, Path, Piece, PieceError, PointError, QueueError,
+    Straight, Tolerance,
 };
-use motion::profile::{AxisLimits, State};
+use motion::profile::State;
 use nalgebra::Vector3;
 use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Corner, PathElement};
 use robots::{JointMotion, Joints, Robot};
 
-/// Greatest step of the difference quotients, m: of q''' the error is δ² times the fifth derivative, and rounding
-/// (1e-16/δ³) a part in 1e5 of what a millimetre's radius makes of it.
-const DELTA: f64 = 2.5e-4;
-/// Over a step the direction of the path changes by no more than this, rad, so that where it bends sharply the
-/// quotients are still of the path and not of its continuation far beyond.
-const BEND: f64 = 0.1;
-/// Greatest and least distance of samples, m.
-const COARSEST: f64 = 1.5e-3;
-const FINEST: f64 = 2e-4;
 /// Pieces below so many distances of samples are looked at one by one: a blend bends most in its middle, and
 /// falls to half of that an eighth of its length away.
 const SHORT: f64 = 4.0;
-/// The motion is smoothed over this times acceleration by jerk: see [`motion::feed`].
-const SMOOTHING: f64 = 2.0 / 0.65;
-/// Farther apart, rad or m, the joints where a path begins are not those where the robot is.
-const BESIDE: f64 = 1e-4;
-/// Share of the samples that lies ahead of the tool, and must hold the way to a stop.
-const AHEAD: f64 = 0.7;
-
-/// What is asked for along a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathSpeeds {
-    /// m/s
-    pub velocity_m_s: f64,
-    /// rad/s
-    pub angular_velocity_rad_s: f64,
-    /// m/s²
-    pub acceleration_m_s2: f64,
-    /// rad/s²
-    pub angular_acceleration_rad_s2: f64,
-}
-
-/// An arm with its tool, and how it may move along a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToolMotion<R, const N: usize> {
-    /// The robot's kinematics.
-    pub robot: R,
-    /// The tool in the flange frame.
-    pub t_flange_tool: Pose,
-    /// What every joint can bear.
-    pub joint_limits: [AxisLimits; N],
-    /// What is asked for along the path.
-    pub speeds: PathSpeeds,
-    /// Macrostep, s.
-    pub macrostep_s: f64,
-}
-
-/// q and its derivatives by s.
-struct Local<const N: usize> {
-    q: Joints<N>,
-    first: [f64; N],
-    second: [f64; N],
-    third: [f64; N],
-}
-
-impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
-    fn joints(&self, t_base_tool: &Pose, near: &Joints<N>) -> Result<Joints<N>, Refusal> {
-        let t_base_flange = *t_base_tool * self.t_flange_tool.inverse();
-        self.robot
-            .inverse_near(&t_base_flange, near)
-            .map_err(|e| refusal::from_kinematics(&e))
-    }
-
-    /// Central differences of the fourth order for q' and q'', of the second for q'''.
-    fn local(&self, point: &PathPoint, near: &Joints<N>) -> Result<Local<N>, Refusal> {
-        let q = self.joints(&point.pose, near)?;
-        let delta = step(point);
-        let at = |steps: f64| self.joints(&point.continued(steps * delta), &q);
-        let (b2, b1, a1, a2) = (at(-2.0)?, at(-1.0)?, at(1.0)?, at(2.0)?);
-        let mut local = Local {
-            q,
-            first: [0.0; N],
-            second: [0.0; N],
-            third: [0.0; N],
-        };
-        let outer = b2.0.iter().zip(&a2.0);
-        let inner = b1.0.iter().zip(&a1.0);
-        let out = local
-            .first
-            .iter_mut()
-            .zip(&mut local.second)
-            .zip(&mut local.third);
-        for ((((first, second), third), q), ((b2, a2), (b1, a1))) in
-            out.zip(&q.0).zip(outer.zip(inner))
-        {
-            *first = (8.0 * (a1 - b1) - (a2 - b2)) / (12.0 * delta);
-            *second = (16.0 * (a1 + b1) - (a2 + b2) - 30.0 * q) / (12.0 * delta * delta);
-            *third = ((a2 - b2) - 2.0 * (a1 - b1)) / (2.0 * delta * delta * delta);
-        }
-        Ok(local)
-    }
-
-    fn sample(&self, point: &PathPoint, near: &mut Joints<N>) -> Result<Sample<N>, Refusal> {
-        let local = self.local(point, near)?;
-        *near = local.q;
-        let rows = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| {
-            [(*a).into(), (*b).into(), (*c).into()]
-        };
-        let PathPoint {
-            first,
-            second,
-            third,
-            ..
-        } = point;
-        Ok(Sample {
-            first: local.first,
-            second: local.second,
-            third: local.third,
-            tool: ToolSample {
-                linear: rows(&first.linear, &second.linear, &third.linear),
-                angular: rows(&first.angular, &second.angular, &third.angular),
-            },
-            feed: self.speeds.velocity_m_s,
-        })
-    }
-
-    /// Over how long a motion is smoothed, s. The jerk of the tool is limited such that it, too, needs that long.
-    fn smoothing(&self) -> f64 {
-        self.joint_limits.iter().fold(0.0, |longest, joint| {
-            let tau = SMOOTHING * joint.a / joint.j;
-            if tau > longest { tau } else { longest }
-        })
-    }
-
-    /// Samples as far apart as it takes for the window to hold the way to a stop from the speed asked for, and
-    /// for a quarter of it to hold what one step must look at: the way during the smoothing and two macrosteps.
-    fn grid(&self) -> f64 {
-        let (v, a) = (self.speeds.velocity_m_s, self.speeds.acceleration_m_s2);
-        let step = v * (self.smoothing() + 3.0 * self.macrostep_s);
-        let stop = 0.5 * v * v / a + step;
-        #[expect(clippy::cast_precision_loss, reason = "some hundred samples")]
-        let window = PATH_SAMPLES as f64;
-        let (ahead, quarter) = (2.0 * stop / (AHEAD * window), 4.0 * step / window);
-        let grid = if ahead > quarter { ahead } else { quarter };
-        if grid > COARSEST {
-            COARSEST
-        } else if grid > FINEST {
-            grid
-        } else {
-            FINEST
-        }
-    }
-}
-
-/// How sharply the path bends, 1/m: its curvature, and that of its turning.
-fn bend(point: &PathPoint) -> f64 {
-    point.second.linear.norm() + METRES_PER_RADIAN * point.second.angular.norm()
-}
-
-/// The step of the difference quotients, m.
-fn step(point: &PathPoint) -> f64 {
-    let third = point.third.linear.norm() + METRES_PER_RADIAN * point.third.angular.norm();
-    let by = |limit: f64, at_most: f64| if limit < at_most { limit } else { at_most };
-    // a division by zero is infinity, which limits nothing
-    by(BEND / bend(point), by(libm::sqrt(BEND / third), DELTA))
-}
-
-/// Are these the same joints?
-#[expect(clippy::cast_possible_truncation, reason = "a report")]
-fn beside<const N: usize>(begin: &Joints<N>, here: &Joints<N>) -> Result<(), Refusal> {
-    for (axis, (begin, here)) in begin.0.iter().zip(&here.0).enumerate() {
-        if libm::fabs(begin - here) > BESIDE {
-            return Err(Refusal::OutOfRange {
-                index: u8::try_from(axis).unwrap_or(u8::MAX),
-                value: *here as f32,
-                lower: (begin - BESIDE) as f32,
-                upper: (begin + BESIDE) as f32,
-            });
-        }
-    }
-    Ok(())
-}
 
 /// A path on its way: what the tool has before it, and where it is.
 #[derive(Clone, Debug)]
@@ -203,6 +36,8 @@ pub struct ToolPath<const N: usize> {
     /// No more elements will come.
     ended: bool,
     feed: Feed<N, PATH_SAMPLES, PATH_AVERAGED>,
+    /// The programmed feeds of what is sampled and of what is not yet.
+    feeds: Feeds,
     grid: f64,
     /// Where the piece begins that is sampled, where its last sample was taken, and the joints there.
     piece_from: f64,
@@ -229,32 +64,9 @@ impl<const N: usize> ToolPath<N> {
         motion: &ToolMotion<R, N>,
         from: &Joints<N>,
     ) -> Result<Self, Refusal> {
-        let PathSpeeds {
-            velocity_m_s,
-            angular_velocity_rad_s,
-            acceleration_m_s2,
-            angular_acceleration_rad_s2,
-        } = motion.speeds;
-        let smoothing = motion.smoothing();
-        let limits = FeedLimits {
-            joints: motion.joint_limits,
-            linear: NormLimits {
-                v: Some(velocity_m_s),
-                a: Some(acceleration_m_s2),
-                j: Some(SMOOTHING * acceleration_m_s2 / smoothing),
-            },
-            angular: NormLimits {
-                v: Some(angular_velocity_rad_s),
-                a: Some(angular_acceleration_rad_s2),
-                j: Some(SMOOTHING * angular_acceleration_rad_s2 / smoothing),
-            },
-        };
-        let last = motion.robot.forward(from) * motion.t_flange_tool;
-        if let Ok(begin) = motion.joints(&last, from) {
-            beside(&begin, from)?;
-        }
+        let last = motion.begin(from)?;
         let grid = motion.grid();
-        let feed = Feed::new(&limits, grid, motion.macrostep_s)
+        let feed = Feed::new(&motion.feed_limits(), grid, motion.macrostep_s)
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
         Ok(Self {
             path: Path::new().without_blends_below(0.5 * grid),
@@ -262,6 +74,7 @@ impl<const N: usize> ToolPath<N> {
             last,
             ended: false,
             feed,
+            feeds: Feeds::new(motion.speeds.velocity_m_s),
             grid,
             piece_from: 0.0,
             sampled: None,
@@ -318,8 +131,10 @@ impl<const N: usize> ToolPath<N> {
                     curve
                 };
                 let span = curve.push(to).map_err(point_problem)?;
+                self.feeds.waiting_m += chord(&self.last, &to);
                 self.last = to;
                 if let Some(span) = span {
+                    self.feeds.waiting_m -= span.length();
                     self.path.push(span).map_err(queue_problem)?;
                 }
                 Ok(())
@@ -341,6 +156,9 @@ impl<const N: usize> ToolPath<N> {
                 self.end_curve()?;
                 self.ended = true;
                 Ok(())
+            }
+            PathElement::Feed { metres_per_second } => {
+                self.feeds.change(self.path.end(), *metres_per_second)
             }
         }
     }
@@ -377,6 +195,7 @@ impl<const N: usize> ToolPath<N> {
         let Some(mut curve) = self.curve.take() else {
             return Ok(());
         };
+        self.feeds.waiting_m = 0.0;
         for _ in 0..PATH_PIECES {
             let Some(span) = curve.finish() else {
                 break;
@@ -489,7 +308,7 @@ impl<const N: usize> ToolPath<N> {
                 sharpest = point;
             }
         }
-        motion.sample(&sharpest, &mut self.ahead)
+        motion.sample(&sharpest, self.feeds.at(s), &mut self.ahead)
     }
 
     /// One macrostep, at a share of the programmed feed.
@@ -572,19 +391,7 @@ impl<const N: usize> ToolPath<N> {
     ) -> Result<JointMotion<N>, Refusal> {
         let s = if along.p < end { along.p } else { end };
         let point = self.path.at(s).ok_or(Refusal::QueueFull)?;
-        let local = motion.local(&point, &self.here)?;
-        let (v, a) = (along.v, along.a);
-        let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
-        let out = velocity.iter_mut().zip(&mut acceleration);
-        for ((qv, qa), (first, second)) in out.zip(local.first.iter().zip(&local.second)) {
-            *qv = first * v;
-            *qa = second * v * v + first * a;
-        }
-        Ok(JointMotion {
-            position: local.q,
-            velocity,
-            acceleration,
-        })
+        motion.knot(&point, &self.here, along)
     }
 
     /// s, ṡ, s̈ and s⃛ at the end of the last macrostep (jerk: until then), over the parameter s of

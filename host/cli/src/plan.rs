@@ -1,5 +1,5 @@
 //! `mrroc plan`: motions without a robot: of axes, each proved before it is told, and of a tool along a
-//! path, as the robot's node would choose them (`path`).
+//! path, as the robot's node would choose them (`path`); and what is in a program or drawing (`cad`).
 //!
 //! Of `profile`: positions are in any unit, rad or m; velocities, accelerations and jerks in it per s, s² and s³;
 //! times in s.
@@ -15,6 +15,7 @@
 //! and from 1 in words.
 
 mod answer;
+mod cad;
 mod case;
 mod error;
 mod line;
@@ -29,6 +30,7 @@ use std::io::{BufRead, Write};
 
 use clap::{Args, Subcommand};
 
+use cad::Cad;
 pub(crate) use error::PlanError;
 use path::PathPlan;
 use profile::Profile;
@@ -44,6 +46,7 @@ pub(crate) struct Plan {
 enum What {
     Profile(Box<Profile>),
     Path(PathPlan),
+    Cad(Cad),
 }
 
 impl Plan {
@@ -56,6 +59,7 @@ impl Plan {
         match self.what {
             What::Profile(profile) => profile.run(out, input),
             What::Path(path) => path.run(out),
+            What::Cad(cad) => cad.run(out),
         }
     }
 }

@@ -91,5 +91,6 @@ pub(crate) fn path_problem(problem: PathProblem) -> &'static str {
             "it turns the tool by more than a radian from the point before"
         }
         PathProblem::Corner => "its corner cannot be rounded within the tolerance",
+        PathProblem::Feed => "its feed is not a finite number greater than 0",
     }
 }

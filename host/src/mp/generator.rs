@@ -21,6 +21,7 @@ mod ready;
 mod shadow;
 mod stream;
 mod together;
+mod window;
 
 pub use ask::Ask;
 pub use carry::{Carry, Carrying, knot};
@@ -31,6 +32,7 @@ pub use ready::{GetReady, Readiness};
 pub use shadow::{Shadow, Shadowing};
 pub use stream::{Stream, Streaming};
 pub use together::Together;
+pub use window::{Elements, PathSource};
 
 use super::command::Commands;
 

@@ -279,6 +279,11 @@ impl Builder {
                 self.join(number, &piece.into(), *corner)?;
                 self.at = to;
             }
+            PathElement::Feed { metres_per_second } => {
+                if !(*metres_per_second > 0.0 && metres_per_second.is_finite()) {
+                    return Err(PathProblem::Feed);
+                }
+            }
             PathElement::End => {}
         }
         Ok(())

@@ -93,7 +93,12 @@ pub fn parse(text: &str) -> Result<ToolPath, DataError> {
         } else {
             Way::Through
         };
-        marks.push(Mark { line, way, to });
+        marks.push(Mark {
+            line,
+            way,
+            to,
+            feed_m_s: None,
+        });
     }
     if marks.len() < LEAST_POINTS {
         return Err(DataError::at(

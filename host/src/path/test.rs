@@ -90,6 +90,7 @@ fn run(points: &[[f64; 3]]) -> ToolPath {
             position_m: *position_m,
             rotation_rad: None,
         },
+        feed_m_s: None,
     });
     ToolPath {
         file: None,
@@ -150,6 +151,7 @@ fn a_wrong_element_is_told_by_its_mark() {
             position_m,
             rotation_rad,
         },
+        feed_m_s: None,
     };
     let line = Way::Line { corner: SHARP };
     let first = mark(line, [0.1, 0.0, 0.0], None);
@@ -200,6 +202,7 @@ fn shapes(tolerance: f32) -> ToolPath {
             position_m,
             rotation_rad: None,
         },
+        feed_m_s: None,
     };
     ToolPath {
         file: None,
@@ -319,6 +322,7 @@ fn a_tool_is_found_again_where_the_curve_turns_back_and_on_the_spot() {
             position_m,
             rotation_rad: Some([0.0, 0.0, turn]),
         },
+        feed_m_s: None,
     };
     let path = ToolPath {
         file: None,

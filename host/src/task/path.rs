@@ -22,6 +22,7 @@
 use super::cell::Cell;
 use super::document::{Document, Fields, Value};
 use super::step::{robot, together};
+use crate::cad;
 use crate::input::{DataError, LoadError, Problem, position, shown};
 use crate::path::{Goal, MOST_POINTS, Mark, Reference, SHARP, ToolPath, Way, csv};
 use protocol::message::{Corner, PoseSpeeds};
@@ -90,12 +91,16 @@ const fn speeds([v, w, a, b]: [f64; 4]) -> PoseSpeeds {
     }
 }
 
-/// Reads a path file: `.csv` or `.toml`.
+/// Reads a path file: `.csv`, `.toml`, or a program or drawing of [`cad`], as large as it says and within 20 µm.
 ///
 /// # Errors
 /// The file cannot be read, or the first mistake in it.
 pub fn load(path: &Path) -> Result<ToolPath, LoadError> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if cad::Format::of(path).is_some() {
+        let program = cad::Program::open(path, &cad::Options::default())?;
+        return Ok(program.tool_path(path)?);
+    }
     if ending.as_deref() == Some("csv") {
         return csv::load(path);
     }
@@ -172,7 +177,7 @@ fn from_file(document: &Document<'_>, value: &Value<'_, '_>) -> Result<ToolPath,
         LoadError::Input(error) => value.error(
             Problem::Unreadable,
             "cannot read the path",
-            "a .csv or .toml file",
+            "a .csv, .toml, .ngc, .dxf or .svg file",
             error.to_string(),
         ),
     })
@@ -225,6 +230,7 @@ fn element(document: &Document<'_>, value: &Value<'_, '_>) -> Result<Mark, DataE
         line: position(document.text, fields.span.start).0,
         way,
         to,
+        feed_m_s: None,
     })
 }
 

@@ -3,9 +3,9 @@
 use protocol::fault::{Cause, Fault, PathProblem, Quantity, Refusal};
 use protocol::message::{
     AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, Event, Feedback, HomingPhase,
-    Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE, PathElement, PoseMessage,
-    PosePath, PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space, StopAll,
-    StopKind, TimeSync, WireCondition,
+    Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE, PATH_BATCH, PathElement,
+    PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space,
+    StopAll, StopKind, TimeSync, WireCondition,
 };
 use protocol::time::Micros;
 
@@ -302,6 +302,12 @@ fn path_elements() -> Named<PathElement> {
             },
         ),
         ("path-end", PathElement::End),
+        (
+            "path-feed",
+            PathElement::Feed {
+                metres_per_second: 0.0625,
+            },
+        ),
     ]
 }
 
@@ -312,7 +318,8 @@ fn path_requests(epoch: u32) -> Named<Request> {
         first: 300,
         elements: elements.iter().copied().collect(),
     };
-    let all: Vec<PathElement> = path_elements().into_iter().map(|(_, e)| e).collect();
+    let all = path_elements().into_iter().map(|(_, e)| e);
+    let all: Vec<PathElement> = all.take(PATH_BATCH).collect();
     let mut requests = vec![(
         "feed-override",
         Request::FeedOverride {

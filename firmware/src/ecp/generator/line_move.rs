@@ -1,6 +1,7 @@
 //! `f^2(c_j, e_j)`: the tool along a straight line, its orientation by slerp.
 
-use crate::ecp::tool_path::{ToolMotion, ToolPath};
+use crate::ecp::tool_motion::ToolMotion;
+use crate::ecp::tool_path::ToolPath;
 use crate::ecp::{Demand, EcpOf};
 use agent::args::{E, F};
 use agent::{Generator, X};

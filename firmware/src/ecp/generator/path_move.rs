@@ -1,6 +1,7 @@
 //! `f^6(c_0, c_j, e_j)`: the tool along a path that the coordinator streams, at the feed rate it says.
 
-use crate::ecp::tool_path::{ToolMotion, ToolPath};
+use crate::ecp::tool_motion::ToolMotion;
+use crate::ecp::tool_path::ToolPath;
 use crate::ecp::{Coordinator, Demand, EcpOf};
 use agent::args::{C0, E, F};
 use agent::{Generator, X};

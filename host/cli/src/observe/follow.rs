@@ -97,6 +97,7 @@ mod test {
                 position_m: [0.1, 0.0, 0.0],
                 rotation_rad: None,
             },
+            feed_m_s: None,
         };
         let path = ToolPath {
             file: None,

@@ -16,6 +16,7 @@ use robots::{Joints, Robot, RobotKind, RobotVisitor, TrackRule};
 use serde::Serialize;
 
 use super::answer::Answer;
+use super::cad::OnBoard;
 use super::error::PlanError;
 use crate::commands::{feed, finite, robot};
 use crate::jsonl::write_line;
@@ -39,7 +40,8 @@ Loads are those at the ends of macrosteps, 20 ms apart, as shares of what the no
 pub(super) struct PathPlan {
     /// The robot.
     robot: String,
-    /// Points x,y,z or x,y,z,rx,ry,rz (.csv), or lines, arcs and points (.toml).
+    /// Points x,y,z or x,y,z,rx,ry,rz (.csv), lines, arcs and points (.toml), a program (.ngc) or a
+    /// drawing (.dxf, .svg).
     file: PathBuf,
     /// Joints where the path begins, rad or m; without it, where homing ends.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
@@ -53,6 +55,8 @@ pub(super) struct PathPlan {
     /// Print the ride as one JSON value.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    on_board: OnBoard,
     /// Draw feed, curvature and loads (.svg or .png); may be given several times
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
@@ -101,7 +105,10 @@ impl PathPlan {
         } else {
             Reference::Base
         };
-        let path = task::path::load(&self.file).map_err(Error::from)?;
+        let path = match self.on_board.program(&self.file)? {
+            Some(program) => program.tool_path(&self.file).map_err(Error::from)?,
+            None => task::path::load(&self.file).map_err(Error::from)?,
+        };
         let step = PathStep::new(0, path, reference, self.feed);
         let riding = Riding {
             plan: &self,

@@ -1,11 +1,12 @@
 //! A path that is streamed to one node, as fast as the node wants it.
 
+use super::window::{PathSource, Window};
 use crate::mp::command::{Commands, RobotCommand};
 use crate::mp::robot::{Image, PathWanted};
 use crate::mp::subsystem::MpSubsystem;
 use agent::args::{E, F};
 use agent::{Generator, X};
-use protocol::message::{Instruction, PathElement, PoseSpeeds, Progress};
+use protocol::message::{Instruction, PATH_BATCH, PoseSpeeds, Progress};
 use protocol::time::Micros;
 use std::sync::Arc;
 
@@ -16,19 +17,21 @@ const ASK_AGAIN_STEPS: u32 = 3;
 ///
 /// Nothing is assumed of what the node has: every request begins with the element that the node said it
 /// wants next, be it one that was sent already, and brings no more than it had room for. So a lost
-/// answer costs a repetition and nothing else. One request is on its way at a time; an override that
+/// answer costs a repetition and nothing else. Elements are made when they are wanted, and not kept for
+/// long: a path may be longer than memory. One request is on its way at a time; an override that
 /// is due goes before elements. If the node refuses an element, `f_E` ends it.
 #[derive(Clone, Debug)]
 pub struct Stream {
     robot: usize,
     speeds: PoseSpeeds,
-    elements: Arc<[PathElement]>,
+    source: Arc<dyn PathSource>,
     overrides: Vec<(u32, f32)>,
 }
 
 /// What a stream remembers between macrosteps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Streaming {
+    window: Window,
     /// The instant in which the path began to run.
     began: Option<u32>,
     /// The instant of the latest request for the path.
@@ -38,13 +41,14 @@ pub struct Streaming {
 }
 
 impl Stream {
-    /// These elements, the last of which is [`PathElement::End`]: without it the node waits for more.
+    /// The elements of a source, the last of which is [`End`](protocol::message::PathElement::End):
+    /// without it the node waits for more.
     #[must_use]
-    pub const fn new(robot: usize, speeds: PoseSpeeds, elements: Arc<[PathElement]>) -> Self {
+    pub fn new(robot: usize, speeds: PoseSpeeds, source: impl PathSource + 'static) -> Self {
         Self {
             robot,
             speeds,
-            elements,
+            source: Arc::new(source),
             overrides: Vec::new(),
         }
     }
@@ -59,18 +63,14 @@ impl Stream {
 
     /// The elements the node wants, or a question for room if it is time for that.
     fn more(&self, state: &mut Streaming, i: u32, image: &Image) -> Commands {
-        let count = u32::try_from(self.elements.len()).unwrap_or(u32::MAX);
         // before its first answer nothing is known of the node's room
         let PathWanted { next, room } = image.path().unwrap_or(PathWanted { next: 0, room: 0 });
-        if next >= count {
+        if state.window.get(next).is_none() {
             return Commands::none();
         }
-        let elements: heapless::Vec<_, _> = self
-            .elements
-            .iter()
-            .skip(usize::try_from(next).unwrap_or(usize::MAX))
-            .take(usize::from(room).min(protocol::message::PATH_BATCH))
-            .copied()
+        let elements: heapless::Vec<_, _> = (next..)
+            .take(usize::from(room).min(PATH_BATCH))
+            .map_while(|number| state.window.get(number))
             .collect();
         let again = state
             .asked
@@ -95,7 +95,13 @@ impl Generator<MpSubsystem> for Stream {
             },
             start_at: Micros(0),
         };
-        (Streaming::default(), Commands::one(self.robot, follow))
+        let streaming = Streaming {
+            window: Window::new(&self.source),
+            began: None,
+            asked: None,
+            overridden: 0,
+        };
+        (streaming, Commands::one(self.robot, follow))
     }
 
     fn next(&self, state: &mut Streaming, x: X<'_, MpSubsystem, Self::Args>) -> Commands {

@@ -1,7 +1,8 @@
 //! A path as the robot's node runs it, step by step, without the node.
 
 use firmware::ecp::Demand;
-use firmware::ecp::tool_path::{PathSpeeds, ToolMotion, ToolPath};
+use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
+use firmware::ecp::tool_path::ToolPath;
 use firmware::edp::EdpSetup;
 use host::error::refusal_text;
 use host::path::Streamed;

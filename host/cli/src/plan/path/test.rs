@@ -115,3 +115,100 @@ fn a_refusal_is_json_too_and_says_the_point() {
     assert_eq!(answer["message"], told.as_str());
     assert!(told.contains("on the way to point "), "{told}");
 }
+
+/// A file that is gone when the test is over.
+struct Scratch(std::path::PathBuf);
+
+impl Scratch {
+    fn new(name: &str, text: &str) -> Self {
+        let name = format!("mrroc-{}-{name}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::write(&path, text).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn cad(arguments: &str) -> (String, Result<(), PlanError>) {
+    let words = format!("plan cad {arguments}");
+    let shell = Shell::try_parse_from(words.split_whitespace()).unwrap();
+    let mut out = Vec::new();
+    let result = shell.plan.run(&mut out, &mut std::io::empty());
+    (String::from_utf8(out).unwrap(), result)
+}
+
+const SQUARE: &str = "G21 G0 X0 Y0 Z1\nM3 S1200\nG1 Z-1 F60\nF1200 X20\nY20\nX0\nY0\nG0 Z1\nM2\n";
+
+#[test]
+fn a_program_is_summed_up_and_planned_at_its_feeds() {
+    let file = Scratch::new("square.ngc", SQUARE);
+    let place = file.0.display();
+    let (out, result) = cad(&format!(
+        "{place} --fit 0.012,0.012 --margin 0.001 --depth 0.0005 --json"
+    ));
+    result.unwrap();
+    let told: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (told["lines"].as_u64(), told["sections"].as_u64()),
+        (Some(5), Some(4))
+    );
+    assert_eq!(numbers(&told["feed_m_s"]), [1e-3, 0.02]);
+    for (place, wanted) in told["on_board"]["greatest_m"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip([0.011, 0.011, 0.0005])
+    {
+        assert!((place.as_f64().unwrap() - wanted).abs() < 1e-12, "{told}");
+    }
+    assert!((told["place"]["scale"].as_f64().unwrap() - 0.5).abs() < 1e-12);
+    let (out, result) = cad(&format!("{place}"));
+    result.unwrap();
+    assert!(
+        out.contains("scale 1.000000") && out.contains("unit mm (the program's)"),
+        "{out}"
+    );
+    // 1 mm up to where it begins, 2 mm down, then the square; what the instruction admits is five times as fast
+    let (out, result) = path(&format!(
+        "irp6-postument {place} --relative {FROM} --feed 0.1 --json"
+    ));
+    result.unwrap();
+    let ride: Value = serde_json::from_str(&out).unwrap();
+    let [s, v] = ["s_m", "v_m_s"].map(|key| numbers(&ride[key]));
+    let fastest = |from: f64, to: f64| {
+        let within = s.iter().zip(&v).filter(|(s, _)| (from..to).contains(*s));
+        within.fold(0.0_f64, |most, (_, v)| if *v > most { *v } else { most })
+    };
+    // the feed travels as f32; it is reached but for the smoothing
+    for (from, to, feed) in [(0.0011, 0.003, 1e-3), (0.0011, 0.083, 0.02)] {
+        let got = fastest(from, to);
+        assert!((0.98 * feed..1.001 * feed).contains(&got), "{got} {feed}");
+    }
+}
+
+#[test]
+fn a_program_that_is_not_understood_ends_in_one_line_with_its_place() {
+    let file = Scratch::new("wrong.ngc", "G21 G0 X0 Y0 Z1\nG28\n");
+    let place = file.0.display();
+    for (arguments, code, words) in [
+        (
+            format!("{place}"),
+            65,
+            "wrong.ngc:2:1: error: a G code that cannot be done",
+        ),
+        ("/nowhere/a.svg".to_owned(), 66, "no such file"),
+        (format!("{place} --fit 0.1"), 64, "--fit"),
+        (format!("{place} --fit 0.1,0.1 --margin 0.06"), 64, "--fit"),
+    ] {
+        let (out, result) = cad(&arguments);
+        let error = result.unwrap_err();
+        assert_eq!((out.as_str(), error.exit_code()), ("", code), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+        assert_eq!(error.to_string().lines().count(), 1, "{error}");
+    }
+}

@@ -133,6 +133,7 @@ impl Peer {
             | PathElement::Line { to, .. }
             | PathElement::Arc { to, .. } => self.motors = self.straight_to(pose(&to)),
             PathElement::End => self.done(),
+            PathElement::Feed { .. } => {}
         }
     }
 }
