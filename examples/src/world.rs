@@ -4,7 +4,6 @@ use anyhow::{Context as _, Result, bail};
 use bus::wire::Kind;
 use core::fmt::Debug;
 use firmware::ecp::Programs;
-use firmware::process::buses_of;
 use firmware::{DriveAddress, Node, NodeProcess, Station};
 use hil_sim::cell::Cell as SimCell;
 use host::mp::behaviour::{get_ready, home, sequence};
@@ -69,7 +68,7 @@ impl Arm {
             one_wire: false,
             track: TrackRule::Keep,
         };
-        let config = station.config(buses_of(&robot))?;
+        let config = station.config(robot.description().drive_buses())?;
         let node = Node::with_programs(Micros(0), robot, config, programs)?;
         Ok(Self {
             kind,

@@ -132,27 +132,15 @@ impl Station {
     }
 }
 
-/// The most axes of one drive bus for a servo step of 2 ms: six at 500 Hz fill a classical 1 Mbit/s bus to 78 %.
-const AXES_OF_A_BUS: usize = 6;
-
-/// Which drive bus each axis of a robot hangs on, when every robot has buses of its own: as few as will do,
-/// filled evenly.
-#[must_use]
-pub fn buses_of<R: Robot<N>, const N: usize>(robot: &R) -> [u8; N] {
-    let step = usize::try_from(robot.description().servo_step_us).unwrap_or(usize::MAX);
-    let most = (AXES_OF_A_BUS.saturating_mul(step) / 2000).max(1);
-    let on_each = N.div_ceil(N.div_ceil(most).max(1)).max(1);
-    core::array::from_fn(|axis| u8::try_from(axis / on_each).unwrap_or(u8::MAX))
-}
-
-/// [`buses_of`] a kind, in the order of its axes.
+/// Which drive bus each axis of a kind hangs on, when every robot has buses of its own:
+/// [`robots::RobotDescription::drive_buses`].
 #[must_use]
 pub fn drive_buses(kind: RobotKind) -> PerAxis<u8> {
     struct Buses;
     impl RobotVisitor for Buses {
         type Output = PerAxis<u8>;
         fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> PerAxis<u8> {
-            buses_of(&robot).into_iter().collect()
+            robot.description().drive_buses().into_iter().collect()
         }
     }
     kind.visit(TrackRule::Keep, Buses)

@@ -6,7 +6,7 @@ use args::Args;
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
 use bus::{Bus, BusError, open_can};
-use firmware::process::{buses_of, drive_buses};
+use firmware::process::drive_buses;
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
 use hil_sim::plant::robot::SimRobot;
@@ -112,7 +112,7 @@ impl RobotVisitor for Wiring<'_> {
     type Output = Result<(Vec<DriveAddress>, u32), firmware::ConfigError>;
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
-        let config = self.0.config(buses_of(&robot))?;
+        let config = self.0.config(robot.description().drive_buses())?;
         Ok((config.drives.to_vec(), robot.description().servo_step_us))
     }
 }

@@ -8,7 +8,6 @@ use crate::ports::{self, Ports};
 use crate::printer::Printer;
 use crate::report::Report;
 use bus::now;
-use firmware::process::buses_of;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
 use process::{End, exit};
 use protocol::id::NodeId;
@@ -88,7 +87,7 @@ impl RobotVisitor for Build<'_> {
     where
         R: Robot<N> + Copy + Debug + Send + Sync + 'static,
     {
-        let config = self.0.config(buses_of(&robot))?;
+        let config = self.0.config(robot.description().drive_buses())?;
         Ok(Box::new(Node::new(now(), robot, config)?))
     }
 }

@@ -9,7 +9,6 @@ use super::axis::PlantParameters;
 use super::gravity::{GravityModel, Irp6Arm, Masses, PolycrankArm, Weightless};
 use super::random::SplitMix64;
 use crate::drive::parameters::DriveParameters;
-use firmware::process::buses_of;
 use robots::{AxisDescription, AxisHoming, Range, Robot, RobotKind, RobotVisitor, TrackRule};
 
 /// One axis of a robot: where it hangs and what it is.
@@ -160,7 +159,7 @@ impl RobotVisitor for Axes {
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Vec<AxisSetup> {
         let axes = robot.description().axes.iter();
-        axes.zip(buses_of(&robot))
+        axes.zip(robot.description().drive_buses())
             .zip(1_u8..)
             .map(|((description, bus), node)| axis(description, bus, node, self.seed))
             .collect()

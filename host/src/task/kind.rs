@@ -2,23 +2,27 @@
 
 use crate::mp::arm::arm;
 use motion::pose::Pose;
-use robots::RobotKind;
-
-/// The most axes of one drive bus, and how many are on the first of two: what a classical bus at
-/// 1 Mbit/s carries at the robots' servo rate.
-const AXES_OF_A_BUS: usize = 6;
-const AXES_OF_THE_FIRST: usize = 4;
+use robots::{Robot, RobotKind, RobotVisitor, TrackRule};
 
 /// Which axes (from 0) share a drive bus.
 pub(super) fn drive_groups(kind: RobotKind) -> Vec<Vec<usize>> {
-    let axes = kind.axes();
-    if axes > AXES_OF_A_BUS {
-        vec![
-            (0..AXES_OF_THE_FIRST).collect(),
-            (AXES_OF_THE_FIRST..axes).collect(),
-        ]
-    } else {
-        vec![(0..axes).collect()]
+    kind.visit(TrackRule::Keep, Groups)
+}
+
+struct Groups;
+
+impl RobotVisitor for Groups {
+    type Output = Vec<Vec<usize>>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
+        let mut groups = Vec::new();
+        for (axis, bus) in robot.description().drive_buses().into_iter().enumerate() {
+            groups.resize_with(groups.len().max(usize::from(bus) + 1), Vec::new);
+            if let Some(group) = groups.get_mut(usize::from(bus)) {
+                group.push(axis);
+            }
+        }
+        groups
     }
 }
 

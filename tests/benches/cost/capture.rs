@@ -1,7 +1,6 @@
 //! A real run of a simulated cell, with everything its nodes and its Master Process were given.
 
 use bus::wire::Kind;
-use firmware::process::buses_of;
 use firmware::{DriveAddress, Node, NodeConfig, NodeProcess, Port, Received, Station};
 use hil_sim::cell::Cell as SimCell;
 use host::program::{Run, RunStatus, Segment, config_of};
@@ -141,7 +140,7 @@ pub(crate) fn config<R: Robot<N>, const N: usize>(
     k: usize,
 ) -> NodeConfig<N> {
     station(cell, k)
-        .config(buses_of(robot))
+        .config(robot.description().drive_buses())
         .expect("a configuration that is right")
 }
 
