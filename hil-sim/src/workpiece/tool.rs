@@ -166,13 +166,12 @@ impl Tool {
     pub fn height_m(&self, distance_m: f64) -> Option<f64> {
         let r = distance_m.abs();
         (r <= self.radius_m).then(|| match self.profile {
-            Profile::Flat => 0.0,
             Profile::Ball => self.radius_m - libm::sqrt(self.radius_m * self.radius_m - r * r),
             Profile::V {
                 tip_radius_m,
                 slope,
             } if r > tip_radius_m => slope * (r - tip_radius_m),
-            Profile::V { .. } => 0.0,
+            Profile::Flat | Profile::V { .. } => 0.0,
         })
     }
 
@@ -181,13 +180,12 @@ impl Tool {
     pub fn radius_at_m(&self, height_m: f64) -> f64 {
         let full = self.radius_m;
         match self.profile {
-            Profile::Flat => full,
             Profile::Ball if height_m < full => libm::sqrt(height_m * (2.0 * full - height_m)),
             Profile::V {
                 tip_radius_m,
                 slope,
             } if tip_radius_m + height_m / slope < full => tip_radius_m + height_m / slope,
-            Profile::Ball | Profile::V { .. } => full,
+            Profile::Flat | Profile::Ball | Profile::V { .. } => full,
         }
     }
 }
