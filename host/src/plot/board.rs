@@ -100,7 +100,11 @@ pub(super) fn lay_out(data: &BoardPicture<'_>) -> Drawing {
     }
     let side = |side: f64| Range {
         lower: 0.0,
-        upper: if side > 0.0 && finite(side) { side * MM } else { 1.0 },
+        upper: if side > 0.0 && finite(side) {
+            side * MM
+        } else {
+            1.0
+        },
     };
     let panel = |left| Panel {
         left,
@@ -180,7 +184,12 @@ fn path(drawing: &mut Drawing, panel: &Panel, data: &BoardPicture<'_>) {
     }
     let errors = Errors::new(data.errors);
     errors.draw(drawing, panel);
-    errors.bar(drawing, panel.left + panel.width + 26.0, panel.top, panel.height);
+    errors.bar(
+        drawing,
+        panel.left + panel.width + 26.0,
+        panel.top,
+        panel.height,
+    );
     legend(drawing, panel, data.programmed);
     let corners = [
         [panel.left, panel.top],

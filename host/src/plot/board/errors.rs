@@ -71,6 +71,7 @@ impl<'a> Errors<'a> {
             if !good(sample) {
                 line.extend(end.take());
                 flush(&mut line, shade);
+                worst = 0.0;
                 continue;
             }
             let at = panel.place(sample.at_m.map(|v| v * MM));
@@ -140,7 +141,7 @@ impl<'a> Errors<'a> {
             drawing.text([right + 8.0, y + 4.0], 11.0, Anchor::Start, SOFT_INK, label);
         }
         drawing.text([left, top - 22.0], 12.0, Anchor::Start, INK, "[µm]");
-        let words = format!("max {}", rounded(greatest * UM));
+        let words = format!("max {} µm", rounded(greatest * UM));
         let at = [left, top + height + 15.0];
         drawing.text(at, 11.0, Anchor::Start, SOFT_INK, words);
     }

@@ -3,9 +3,9 @@
 /// Towards the light: from the left, from above on the paper, out of the paper. Not normalised.
 const LIGHT: [f64; 3] = [-0.55, 0.62, 0.9];
 /// What a face turned away from the light still gets.
-const AMBIENT: f64 = 0.42;
+const AMBIENT: f64 = 0.46;
 /// What of the light is kept in a shadow.
-const SHADOW: f64 = 0.55;
+const SHADOW: f64 = 0.66;
 /// Steps towards the light in which a shadow is looked for.
 const SHADOW_STEPS: u8 = 14;
 /// Samples along a side of a pixel, at most: cells are averaged, not missed.
@@ -13,8 +13,8 @@ const SAMPLES: u8 = 3;
 /// Wood across: two colours of the grain, and of what the cutter left.
 const LIGHT_WOOD: [f64; 3] = [233.0, 199.0, 148.0];
 const DARK_WOOD: [f64; 3] = [206.0, 160.0, 104.0];
-const FRESH_CUT: [f64; 3] = [178.0, 118.0, 66.0];
-const DEEP_CUT: [f64; 3] = [84.0, 46.0, 22.0];
+const FRESH_CUT: [f64; 3] = [204.0, 146.0, 90.0];
+const DEEP_CUT: [f64; 3] = [118.0, 68.0, 34.0];
 
 /// A map of heights to look at.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +106,7 @@ impl<'a> Surface<'a> {
         if depth > 1e-6 {
             light *= SHADOW + (1.0 - SHADOW) * self.lit(x, y, height, over);
             // a thin cut is pale, a deep one dark; neither hides the grain
-            let cut = mix(FRESH_CUT, DEEP_CUT, libm::sqrt(share));
+            let cut = mix(FRESH_CUT, DEEP_CUT, share);
             let presence = depth / (depth + 0.15 * over);
             colour = mix(colour, cut, 0.82 * presence);
         }
@@ -161,35 +161,46 @@ impl<'a> Surface<'a> {
     /// The height at a place (m) between the centres of cells; that of the edge beyond it.
     fn height(&self, x: f64, y: f64) -> f64 {
         let cell = self.cell_m();
-        let (column, a) = self.between(x / cell[0] - 0.5, self.columns);
-        let (row, b) = self.between(y / cell[1] - 0.5, self.rows);
+        let (column, a) = between(x / cell[0] - 0.5, self.columns);
+        let (row, b) = between(y / cell[1] - 0.5, self.rows);
         let at = |i: usize, j: usize| {
-            let i = if i < self.columns { i } else { self.columns.saturating_sub(1) };
-            let j = if j < self.rows { j } else { self.rows.saturating_sub(1) };
+            let i = if i < self.columns {
+                i
+            } else {
+                self.columns.saturating_sub(1)
+            };
+            let j = if j < self.rows {
+                j
+            } else {
+                self.rows.saturating_sub(1)
+            };
             let height = self.heights.get(j * self.columns + i).copied();
             let height = height.map_or(0.0, f64::from);
             // what is above the top is dust
-            if height < 0.0 && height.is_finite() { height } else { 0.0 }
+            if height < 0.0 && height.is_finite() {
+                height
+            } else {
+                0.0
+            }
         };
         let low = at(column, row) * (1.0 - a) + at(column + 1, row) * a;
         let high = at(column, row + 1) * (1.0 - a) + at(column + 1, row + 1) * a;
         low * (1.0 - b) + high * b
     }
+}
 
-    /// The cell before a place counted in cells, and how far beyond its centre it is.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::unused_self,
-        reason = "`as` saturates: what is below 0 or no number becomes 0"
-    )]
-    fn between(&self, place: f64, cells: usize) -> (usize, f64) {
-        let floor = libm::floor(place);
-        if floor < 0.0 || cells == 0 {
-            return (0, 0.0);
-        }
-        (floor as usize, place - floor)
+/// The cell before a place counted in cells, and how far beyond its centre it is.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "`as` saturates, and a floor below 0 has been sent away"
+)]
+fn between(place: f64, cells: usize) -> (usize, f64) {
+    let floor = libm::floor(place);
+    if floor < 0.0 || cells == 0 {
+        return (0, 0.0);
     }
+    (floor as usize, place - floor)
 }
 
 /// Noise between 0 and 1 on a grid of unit squares, smooth between its corners.
