@@ -60,12 +60,15 @@ impl<'a> Surface<'a> {
         let mut pixels = Vec::new();
         for row in 0..rows {
             for column in 0..columns {
+                let middle = [column, row].map(|k| f64::from(k) + 0.5);
+                // the grain is coarser than a pixel
+                let wood = self.wood(step[0] * middle[0], self.size_m[1] - step[1] * middle[1]);
                 let mut sum = [0.0; 3];
                 for part in 0..samples * samples {
                     let (i, j) = (f64::from(part % samples), f64::from(part / samples));
                     let x = (f64::from(column) + (i + 0.5) * share) * step[0];
                     let y = self.size_m[1] - (f64::from(row) + (j + 0.5) * share) * step[1];
-                    let colour = self.colour(x, y, step[0] * share);
+                    let colour = self.colour(wood, [x, y], step[0] * share);
                     for (sum, part) in sum.iter_mut().zip(colour) {
                         *sum += part * share * share;
                     }
@@ -82,8 +85,8 @@ impl<'a> Surface<'a> {
         u8::try_from(cells).unwrap_or(SAMPLES).clamp(2, SAMPLES)
     }
 
-    /// The colour of the board at a place (m) seen through a sample of this size (m).
-    fn colour(&self, x: f64, y: f64, size: f64) -> [f64; 3] {
+    /// The colour of the board, of this wood, at a place (m) seen through a sample of this size (m).
+    fn colour(&self, wood: [f64; 3], [x, y]: [f64; 2], size: f64) -> [f64; 3] {
         let height = self.height(x, y);
         let cell = self.cell_m();
         let over = if cell[0] > size { cell[0] } else { size };
@@ -102,7 +105,7 @@ impl<'a> Surface<'a> {
         } else {
             0.0
         };
-        let mut colour = self.wood(x, y);
+        let mut colour = wood;
         if depth > 1e-6 {
             light *= SHADOW + (1.0 - SHADOW) * self.lit(x, y, height, over);
             // a thin cut is pale, a deep one dark; neither hides the grain
@@ -164,16 +167,6 @@ impl<'a> Surface<'a> {
         let (column, a) = between(x / cell[0] - 0.5, self.columns);
         let (row, b) = between(y / cell[1] - 0.5, self.rows);
         let at = |i: usize, j: usize| {
-            let i = if i < self.columns {
-                i
-            } else {
-                self.columns.saturating_sub(1)
-            };
-            let j = if j < self.rows {
-                j
-            } else {
-                self.rows.saturating_sub(1)
-            };
             let height = self.heights.get(j * self.columns + i).copied();
             let height = height.map_or(0.0, f64::from);
             // what is above the top is dust
@@ -189,7 +182,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The cell before a place counted in cells, and how far beyond its centre it is.
+/// The cell before a place counted in cells, and how far beyond its centre it is; the last has no next one.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -197,10 +190,14 @@ impl<'a> Surface<'a> {
 )]
 fn between(place: f64, cells: usize) -> (usize, f64) {
     let floor = libm::floor(place);
-    if floor < 0.0 || cells == 0 {
-        return (0, 0.0);
+    let last = cells.saturating_sub(1);
+    if floor < 0.0 {
+        (0, 0.0)
+    } else if floor < real(last) {
+        (floor as usize, place - floor)
+    } else {
+        (last, 0.0)
     }
-    (floor as usize, place - floor)
 }
 
 /// Noise between 0 and 1 on a grid of unit squares, smooth between its corners.
