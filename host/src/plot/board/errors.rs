@@ -163,14 +163,14 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// The least of 1, 2, 2.5 and 5 times a power of ten that is not less; 1 for what is less than a
-/// millionth of it.
+/// The least round number that is not less: few digits, and ticks of their own; 1 for what is less
+/// than a millionth of it.
 fn round_above(value: f64) -> f64 {
     if value <= 1e-6 {
         return 1.0;
     }
     let decade = libm::pow(10.0, libm::floor(libm::log10(value)));
-    [1.0, 2.0, 2.5, 5.0]
+    [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]
         .into_iter()
         .map(|digit| digit * decade)
         .find(|round| *round >= value * (1.0 - 1e-9))

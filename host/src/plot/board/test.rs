@@ -127,12 +127,12 @@ fn the_bar_ends_at_a_round_number_and_names_what_is_beyond() {
         .map(|k| sample(0.03, f64::from(k) * 33e-9))
         .collect();
     let plain = words(&even);
-    assert!(has(&plain, "50") && has(&plain, "max 33.0 µm"), "{plain:?}");
+    assert!(has(&plain, "40") && has(&plain, "max 33.0 µm"), "{plain:?}");
     let mut outlier = even;
     outlier.push(sample(0.03, 900e-6));
     let cut_off = words(&outlier);
     assert!(
-        has(&cut_off, "≥ 50") && has(&cut_off, "max 900 µm"),
+        has(&cut_off, "≥ 40") && has(&cut_off, "max 900 µm"),
         "{cut_off:?}"
     );
     assert!(!words(&[]).iter().any(|w| w.starts_with("max")));
