@@ -6,9 +6,11 @@
 //! | [`plant`] | motors, gears, friction, gravity, encoders, switches, brakes of one robot |
 //! | [`cell`] | nodes, drives, mechanics and buses on one virtual clock |
 //! | [`realtime`] | one robot's drives and mechanics on buses between processes |
+//! | [`workpiece`] | a board, and what a cutter that is moved through it leaves |
 #![forbid(unsafe_code)]
 
 pub mod cell;
 pub mod drive;
 pub mod plant;
 pub mod realtime;
+pub mod workpiece;

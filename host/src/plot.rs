@@ -1,7 +1,7 @@
 //! Pictures as SVG and as PNG: of a run (joints, following errors and tool paths), of a planned motion, of
-//! curves over one quantity.
+//! curves over one quantity, of a board that was cut.
 //!
-//! [`PlotData`], [`MotionPlot`] and [`CurvesPlot`] say what to draw and know nothing of where it came from. They are
+//! [`PlotData`], [`MotionPlot`], [`CurvesPlot`] and [`BoardPicture`] say what to draw and know nothing of where it came from. They are
 //! laid out once as a list of shapes, a [`Picture`]; SVG and PNG are two ways to write that list, so
 //! they show the same. The PNG is drawn with a font that is part of this program: nothing need be
 //! installed.
@@ -9,6 +9,7 @@
 use crate::error::Error;
 use std::path::Path;
 
+mod board;
 mod curves;
 mod decimate;
 mod drawing;
@@ -22,6 +23,7 @@ mod svg;
 #[cfg(test)]
 mod test;
 
+pub use self::board::{BoardPicture, PathError, ProgrammedLine};
 pub use self::curves::{CurveDiagram, CurvesPlot};
 pub use self::motion::{AxisMotion, MotionPlot};
 
@@ -93,6 +95,12 @@ impl From<&MotionPlot> for Picture {
 impl From<&CurvesPlot> for Picture {
     fn from(data: &CurvesPlot) -> Self {
         Self(curves::lay_out(data))
+    }
+}
+
+impl From<&BoardPicture<'_>> for Picture {
+    fn from(data: &BoardPicture<'_>) -> Self {
+        Self(board::lay_out(data))
     }
 }
 

@@ -97,6 +97,17 @@ pub(super) enum Shape {
     /// A disc: centre, radius.
     Disc([f64; 2], f64, Colour),
     Text(Text),
+    /// Pixels in a rectangle: left, top, width, height.
+    Raster([f64; 4], Raster),
+}
+
+/// Pixels, row after row from above.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Raster {
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+    /// Red, green, blue; as many as columns times rows.
+    pub(super) pixels: Vec<[u8; 3]>,
 }
 
 /// Shapes on white paper; x to the right, y down.

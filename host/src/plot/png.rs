@@ -1,13 +1,16 @@
 //! The shapes as PNG.
 
-use super::drawing::{Anchor, Colour, Drawing, Shape, Stroke, Text};
+use super::drawing::{Anchor, Colour, Drawing, Raster, Shape, Stroke, Text};
 use super::font;
 use crate::error::Error;
-use tiny_skia::{FillRule, LineJoin, Paint, PathBuilder, Pixmap, Rect, StrokeDash, Transform};
+use tiny_skia::{
+    ColorU8, FillRule, FilterQuality, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Rect,
+    StrokeDash, Transform,
+};
 use ttf_parser::{Face, OutlineBuilder};
 
 /// Pixels per unit of the drawing.
-const SCALE: f32 = 1.5;
+pub(super) const SCALE: f32 = 1.5;
 
 /// The tallest picture, in units of the drawing.
 const TALLEST: f64 = 20_000.0;
@@ -42,10 +45,39 @@ pub(super) fn write(drawing: &Drawing) -> Result<Vec<u8>, Error> {
                 }
             }
             Shape::Text(text) => label(&mut map, &face, text, whole),
+            Shape::Raster(place, raster) => pixels_at(&mut map, *place, raster, whole),
         }
     }
     map.encode_png()
         .map_err(|error| Error::Internal(format!("cannot encode the picture: {error}")))
+}
+
+/// Pixels alone as PNG; none if there are none.
+pub(super) fn encode(raster: &Raster) -> Option<Vec<u8>> {
+    opaque(raster)?.encode_png().ok()
+}
+
+fn opaque(raster: &Raster) -> Option<Pixmap> {
+    let mut map = Pixmap::new(raster.columns, raster.rows)?;
+    for (pixel, [r, g, b]) in map.pixels_mut().iter_mut().zip(&raster.pixels) {
+        *pixel = ColorU8::from_rgba(*r, *g, *b, u8::MAX).premultiply();
+    }
+    Some(map)
+}
+
+fn pixels_at(map: &mut Pixmap, [x, y, width, height]: [f64; 4], raster: &Raster, whole: Transform) {
+    let Some(image) = opaque(raster) else {
+        return;
+    };
+    let place = whole.pre_translate(narrow(x), narrow(y)).pre_scale(
+        narrow(width / f64::from(raster.columns)),
+        narrow(height / f64::from(raster.rows)),
+    );
+    let paint = PixmapPaint {
+        quality: FilterQuality::Bilinear,
+        ..PixmapPaint::default()
+    };
+    map.draw_pixmap(0, 0, image.as_ref(), &paint, place, None);
 }
 
 fn line(map: &mut Pixmap, points: &[[f64; 2]], stroke: Stroke, whole: Transform) {

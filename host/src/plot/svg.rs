@@ -47,9 +47,39 @@ fn write_all(out: &mut String, drawing: &Drawing) -> fmt::Result {
                 writeln!(out, "/>")?;
             }
             Shape::Text(text) => label(out, text)?,
+            Shape::Raster([x, y, width, height], raster) => {
+                // pixels that cannot be encoded are pixels that are not there
+                if let Some(bytes) = super::png::encode(raster) {
+                    write!(
+                        out,
+                        "<image x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
+                         preserveAspectRatio=\"none\" href=\"data:image/png;base64,"
+                    )?;
+                    base64(out, &bytes);
+                    writeln!(out, "\"/>")?;
+                }
+            }
         }
     }
     writeln!(out, "</svg>")
+}
+
+/// RFC 4648, section 4.
+fn base64(out: &mut String, bytes: &[u8]) {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for group in bytes.chunks(3) {
+        let byte = |k: usize| u32::from(group.get(k).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for digit in 0..4 {
+            let index = (bits >> (18 - 6 * digit)) & 63;
+            let digit = if digit <= group.len() {
+                usize::try_from(index).ok().and_then(|at| DIGITS.get(at))
+            } else {
+                None
+            };
+            out.push(digit.map_or('=', |c| char::from(*c)));
+        }
+    }
 }
 
 fn label(out: &mut String, text: &Text) -> fmt::Result {
@@ -89,4 +119,27 @@ fn colour(out: &mut String, attribute: &str, colour: Colour) -> fmt::Result {
         write!(out, " {attribute}-opacity=\"{}\"", colour.opacity)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod test {
+    use super::base64;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        // RFC 4648, section 10
+        for (plain, expected) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            let mut got = String::new();
+            base64(&mut got, plain.as_bytes());
+            assert_eq!(got, expected);
+        }
+    }
 }
