@@ -42,6 +42,11 @@ pub struct NodeConfig<const N: usize> {
 pub enum ConfigError {
     /// The velocity factor is not in (0, 1].
     VelocityFactor,
+    /// Within the velocity limit in force there is no room to stop from full acceleration.
+    NoRoomToStop {
+        /// The axis, from 0.
+        axis: u8,
+    },
     /// A drive bus beyond [`DRIVE_BUSES`].
     DriveBus {
         /// The axis, from 0.
@@ -58,6 +63,10 @@ impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::VelocityFactor => write!(f, "velocity factor: expected 0 < factor <= 1"),
+            Self::NoRoomToStop { axis } => write!(
+                f,
+                "axis {axis}: the velocity factor is too small: its acceleration cannot fade within the limit"
+            ),
             Self::DriveBus { axis } => {
                 write!(f, "axis {axis}: expected a drive bus below {DRIVE_BUSES}")
             }

@@ -86,6 +86,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
     ) -> Result<Self, ConfigError> {
         config.validate()?;
         let setup = EdpSetup::new(&robot, &config);
+        setup.validate()?;
         let limits = EdpSetup::generator_limits(&robot, config.velocity_factor);
         let macrostep = robot.description().macrostep;
         let period = Micros(u64::from(robot.description().servo_step_us));

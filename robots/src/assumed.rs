@@ -229,7 +229,7 @@ pub const ASSUMED: &[Assumed] = &[
         item: "rnt: jerk of a leg, hard limit; the wrist's motors have the same in rad/s³",
         value: rnt::JERK_HARD_M_S3,
         unit: "m/s³",
-        why: "five times the plan; full acceleration in 25 ms",
+        why: "full acceleration in 5 ms, ten times a current loop; less would leave no room to stop within the velocity limit in force",
     },
     Assumed {
         item: "rnt: velocity of the tilts, planning",

@@ -1,6 +1,7 @@
 //! From a robot's description and a node's configuration to everything the EDP computes with.
 
-use crate::config::{DriveAddress, NodeConfig};
+use crate::capacity::KNOT_QUEUE;
+use crate::config::{ConfigError, DriveAddress, NodeConfig};
 use crate::ecp::Limits;
 use crate::ecp::generator::axis_move::MotorShare;
 use crate::edp::axis::AxisConstants;
@@ -8,8 +9,9 @@ use crate::edp::drives::AxisSetup;
 use crate::edp::homing::HomingParameters;
 use crate::edp::limits::Bounds;
 use crate::edp::servo::{FeedForwardGains, OriginalGains};
-use motion::AxisEnvelope;
+use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
+use motion::{AxisEnvelope, Interpolator};
 use protocol::canopen::cia402::Mode;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::message::ServoLaw;
@@ -149,6 +151,22 @@ impl<const N: usize> EdpSetup<N> {
                 plan,
                 acceleration_step: plan.a,
             }
+        })
+    }
+
+    /// An interpolator can be made of the envelopes.
+    ///
+    /// # Errors
+    /// [`ConfigError::NoRoomToStop`].
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let Err(error) = Interpolator::<N, KNOT_QUEUE>::new(self.envelopes(true), [0.0; N]) else {
+            return Ok(());
+        };
+        let (EnvelopeError::Senseless { axis }
+        | EnvelopeError::NoRoomToStop { axis, .. }
+        | EnvelopeError::Hold { axis }) = error;
+        Err(ConfigError::NoRoomToStop {
+            axis: u8::try_from(axis).unwrap_or(u8::MAX),
         })
     }
 

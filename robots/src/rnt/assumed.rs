@@ -45,7 +45,7 @@ pub(crate) const ACCELERATION_HARD_M_S2: f64 = 5.0;
 /// Jerk of a leg, planning; the wrist's motors have the same in rad/s³, m/s³.
 pub(crate) const JERK_PLANNING_M_S3: f64 = 40.0;
 /// Jerk of a leg, hard limit; the wrist's motors have the same in rad/s³, m/s³.
-pub(crate) const JERK_HARD_M_S3: f64 = 200.0;
+pub(crate) const JERK_HARD_M_S3: f64 = 1000.0;
 /// Velocity of the tilts, planning, rad/s.
 pub(crate) const TILT_VELOCITY: f64 = 1.0;
 /// Acceleration of the tilts, planning, rad/s².
