@@ -6,7 +6,9 @@
 use serde::Serialize;
 use std::fmt;
 
+mod engraving;
 mod table;
+pub use engraving::{EngravingSummary, PathErrors};
 use table::Table;
 #[cfg(test)]
 mod test;
@@ -34,6 +36,9 @@ pub struct Summary {
     pub buses: Vec<BusSummary>,
     /// One per step that began, in order.
     pub steps: Vec<StepSummary>,
+    /// The board, if one was engraved in the simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engraving: Option<EngravingSummary>,
 }
 
 /// What depends on the machine and its clock.
@@ -204,6 +209,9 @@ impl fmt::Display for Summary {
         if self.steps.iter().any(|step| step.path.is_some()) {
             write!(f, "\n{}", self.path_table())?;
         }
+        if let Some(engraving) = &self.engraving {
+            write!(f, "\n{}", engraving_table(engraving))?;
+        }
         Ok(())
     }
 }
@@ -298,6 +306,51 @@ impl Summary {
         }
         table
     }
+}
+
+fn engraving_table(board: &EngravingSummary) -> Table {
+    let mut table = Table::new(&["engraving", "", ""]);
+    let mut row = |what: &str, first: String, second: String| {
+        table.row(vec![what.to_owned(), first, second]);
+    };
+    row(
+        "cut",
+        format!("{:.3} m in {:.1} s", board.cut_m, board.cut_s),
+        format!("at most {:.1} mm/s", 1e3 * board.feed_max_m_s),
+    );
+    row(
+        "wood",
+        format!("{:.3} cm³", 1e6 * board.removed_m3),
+        format!("{} deep", length(Some(board.depth_m))),
+    );
+    for (what, errors) in [
+        ("path error, set-points", &board.setpoints),
+        ("path error, mechanics", &board.mechanics),
+    ] {
+        row(
+            what,
+            format!("at most {}", length(Some(errors.max_m))),
+            format!("rms {}", length(Some(errors.rms_m))),
+        );
+    }
+    let (margin, joint) = board.joint_margin;
+    let (share, motor) = board.motor_velocity_share;
+    row(
+        "margins",
+        format!("{:.0} % of the half range (joint {joint})", 100.0 * margin),
+        format!("{:.0} % of the velocity (motor {motor})", 100.0 * share),
+    );
+    let contacts = |count: u64, what: &str| match count {
+        0 => format!("never {what}"),
+        1 => format!("once {what}"),
+        _ => format!("{count} times {what}"),
+    };
+    row(
+        "tool",
+        contacts(board.stalled, "in the wood with the spindle at rest"),
+        contacts(board.collisions, "touching what it must not"),
+    );
+    table
 }
 
 /// A length in the unit that suits it.

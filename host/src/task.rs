@@ -25,6 +25,9 @@
 //! path = { robot = "irp6-track", file = "rose.csv", feed_m_s = 0.05, relative_to = "start" }
 //!
 //! [[step]]
+//! engrave = { robot = "rnt", file = "drawing.svg", depth_m = 6e-4 }   # on `cell.board`
+//!
+//! [[step]]
 //! regulator = { robot = "irp6-track", law = "feed-forward" }
 //! ```
 //!
@@ -44,8 +47,10 @@ use protocol::message::{PosePath, PoseReference, ServoLaw};
 use robots::RobotKind;
 use std::path::{Path, PathBuf};
 
+pub mod board;
 pub mod cell;
 mod document;
+pub mod engrave;
 mod kind;
 pub mod path;
 #[cfg(test)]
@@ -56,7 +61,9 @@ mod test;
 
 use step::{AXIS_SPEED, POSE_SPEED};
 
+pub use board::{Board, Cutter};
 pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec};
+pub use engrave::Engrave;
 pub use path::PathStep;
 
 /// A task, checked as far as that is possible without its robots.
@@ -112,6 +119,8 @@ pub enum Action {
     Tight(Tight),
     /// Follow a path.
     Path(PathStep),
+    /// Engrave the board of the cell.
+    Engrave(Engrave),
     /// Choose how a robot's loops are closed.
     Regulator {
         /// Which robot.
@@ -412,6 +421,9 @@ impl Action {
             Self::Wait { seconds } => format!("wait {seconds} s"),
             Self::Tight(tight) => format!("carry {}", names(&mut tight.robots.iter().copied())),
             Self::Path(path) => format!("path {}", names(&mut std::iter::once(path.robot))),
+            Self::Engrave(engrave) => {
+                format!("engrave {}", names(&mut std::iter::once(engrave.robot)))
+            }
             Self::Regulator { robot, law } => {
                 let law = cell::SERVO_LAWS
                     .iter()

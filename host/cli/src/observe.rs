@@ -1,9 +1,11 @@
 //! Looking on: what a run is measured, recorded and drawn by. Observers see frames and the true
 //! mechanics; they take no part.
 
+mod engraving;
 mod follow;
 
 use crate::record::Recorder;
+pub(crate) use engraving::Engraving;
 pub(crate) use follow::Following;
 use hil_sim::cell::Observer;
 use host::error::Error;
@@ -11,6 +13,7 @@ use host::mp::arm::{Arm, motor_angles, unit_rad};
 use host::plot::{AxisPlot, PlotData, RobotPlot, StepMark};
 use host::program::Segment;
 use host::program::progress::Followed;
+use host::task::Cell;
 use motion::Pose;
 use nalgebra::Vector3;
 use protocol::frame::Frame;
@@ -37,6 +40,8 @@ pub(crate) struct Watched {
     node: NodeId,
     t_world_base: Pose,
     t_flange_tool: Pose,
+    /// The share of the motors' hard velocity limits in force.
+    velocity_factor: f64,
     pub(crate) segment: Segment,
     share: f64,
     /// The streamed paths so far; the last may be under way.
@@ -67,6 +72,7 @@ impl Watched {
             node: config.node,
             t_world_base: config.t_world_base,
             t_flange_tool: config.t_flange_tool,
+            velocity_factor: config.velocity_factor.value(),
             segment: Segment::None,
             share: 0.0,
             paths: Vec::new(),
@@ -169,6 +175,11 @@ impl Watched {
                 Some(least)
             }
         }
+    }
+
+    /// The distance, where it is one from a streamed path.
+    fn on_path(&self, deviation: Option<f64>) -> Option<f64> {
+        deviation.filter(|_| matches!(self.segment, Segment::Path(_)))
     }
 
     /// A set-point on a streamed path.
@@ -284,6 +295,8 @@ fn raise(worst: &mut Option<f64>, value: Option<f64>) {
 pub(crate) struct Observers {
     link: Endpoint<64>,
     pub(crate) robots: Vec<Watched>,
+    /// The board that is engraved, if the mechanics are simulated.
+    pub(crate) engraving: Option<Engraving>,
     recorder: Option<Recorder>,
 }
 
@@ -304,8 +317,15 @@ impl Observers {
                 .iter()
                 .map(|image| Watched::new(image, plot))
                 .collect(),
+            engraving: None,
             recorder,
         })
+    }
+
+    /// Cuts the board of the cell, if there is one.
+    pub(crate) fn watch_board(&mut self, cell: &Cell) -> Result<(), Error> {
+        self.engraving = cell.board.as_ref().map(Engraving::new).transpose()?;
+        Ok(())
     }
 
     /// What a robot executes from now on.
@@ -316,6 +336,9 @@ impl Observers {
             watched.segment = segment.clone();
             watched.share = 0.0;
             if let Segment::Path(Followed(streamed)) = segment {
+                if let Some(engraving) = &mut self.engraving {
+                    engraving.programmed(robot, streamed);
+                }
                 watched.paths.push(Following::new(streamed.clone()));
             }
         }
@@ -327,7 +350,8 @@ impl Observers {
             return;
         };
         let from = incoming.from;
-        let Some(watched) = self.robots.iter_mut().find(|w| w.node == from) else {
+        let found = self.robots.iter_mut().enumerate();
+        let Some((robot, watched)) = found.into_iter().find(|(_, w)| w.node == from) else {
             return;
         };
         match incoming.message {
@@ -341,6 +365,9 @@ impl Observers {
                     let deviation = watched.deviation(&setpoint);
                     raise(&mut watched.setpoint_error_m, deviation);
                     watched.follow(at, trace.step, &setpoint, deviation);
+                    if let Some(engraving) = &mut self.engraving {
+                        engraving.setpoint(robot, watched.on_path(deviation));
+                    }
                 }
             }
             Message::Feedback(feedback) => {
@@ -400,6 +427,12 @@ impl Observer for Observers {
         }
     }
 
+    fn outputs(&mut self, station: usize, _: u64, levels: u16) {
+        if let Some(engraving) = &mut self.engraving {
+            engraving.outputs(station, levels);
+        }
+    }
+
     fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
         let Some(watched) = self.robots.get_mut(station) else {
             return;
@@ -414,6 +447,10 @@ impl Observer for Observers {
         if moving && watched.homed() {
             let deviation = watched.deviation(&motors);
             raise(&mut watched.actual_error_m, deviation);
+            if let Some(engraving) = &mut self.engraving {
+                let deviation = watched.on_path(deviation);
+                engraving.mechanics(station, watched, &motors, deviation);
+            }
         }
         watched.sample_plot(Micros(at_ns / 1000), &motors);
         watched.motors_before = motors;

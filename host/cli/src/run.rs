@@ -1,6 +1,6 @@
 //! Runs a task: the loop that couples the Master Process with the world, and the report.
 
-use crate::observe::{Following, Observers};
+use crate::observe::{Engraving, Following, Observers};
 use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
@@ -85,6 +85,9 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let record = options.record.as_deref();
     let mut observers =
         Observers::new(run.mp().robots(), names, record, !options.plots.is_empty())?;
+    if world.knows_mechanics() {
+        observers.watch_board(&cell)?;
+    }
     let mut reporter = Reporter::new(options.quiet || options.json);
     let started = Instant::now();
     let begun = world.now();
@@ -109,7 +112,10 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     let failure = outcome?;
     let duration_s = world.now().since(begun).as_secs_f64();
     if !options.plots.is_empty() {
-        let picture = Picture::from(&observers.plot(title.clone(), log.marks()));
+        let picture = match &observers.engraving {
+            Some(engraving) => engraving.picture(&title),
+            None => Picture::from(&observers.plot(title.clone(), log.marks())),
+        };
         for plot in &options.plots {
             plot::save(&picture, plot)?;
         }
@@ -124,6 +130,7 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         robots: robots(&cell, &observers, &faults, world.knows_mechanics()),
         buses: buses(&*world, world.now().since(begun)),
         steps: log.finish(world.now(), failure.is_none(), &observers),
+        engraving: observers.engraving.as_ref().map(Engraving::summary),
     };
     Ok(Finished {
         summary,

@@ -9,6 +9,7 @@ use crate::mp::config::{Config, Grid};
 use crate::mp::failure::Failure;
 use crate::mp::generator::{Carried, Course};
 use crate::path::{PathFault, Streamed};
+use crate::task::engrave::{Engrave, Section};
 use crate::task::{Action, Coordination, PathStep, Step, Task, Tight};
 use core::fmt;
 use protocol::message::{Instruction, ServoLaw};
@@ -101,6 +102,8 @@ pub enum Work {
     },
     /// Choose a servo law.
     Servo(usize, ServoLaw),
+    /// Switch the spindle of a robot.
+    Spindle(usize, bool),
 }
 
 /// A step with its work.
@@ -229,11 +232,7 @@ impl Plan {
         };
         let mut steps = Vec::new();
         for step in &task.steps {
-            let work = walk.step(step)?;
-            steps.push(Planned {
-                name: step.name.clone(),
-                work,
-            });
+            steps.extend(walk.step(step)?);
         }
         Ok(Self {
             steps,
@@ -256,13 +255,38 @@ struct Source<'a> {
 }
 
 impl Walk<'_> {
-    fn step(&mut self, step: &Step) -> Result<Work, PlanError> {
+    /// An engraving: its paths, and what is done between them.
+    fn engrave(
+        &mut self,
+        engrave: &Engrave,
+        source: &Source<'_>,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let mut planned = Vec::new();
+        for section in &engrave.sections {
+            let (what, work) = match section {
+                Section::Path(path) => {
+                    let streamed = Arc::new(self.path(path, source)?);
+                    let step = path.clone();
+                    ("path", Work::Path { step, streamed })
+                }
+                Section::Spindle(true) => ("spindle on", Work::Spindle(engrave.robot, true)),
+                Section::Spindle(false) => ("spindle off", Work::Spindle(engrave.robot, false)),
+                Section::Dwell(seconds) => ("dwell", Work::Wait(*seconds)),
+            };
+            let name = format!("{}: {what}", source.step.name);
+            planned.push(Planned { name, work });
+        }
+        Ok(planned)
+    }
+
+    /// A step as it is planned: itself, or the parts of an engraving.
+    fn step(&mut self, step: &Step) -> Result<Vec<Planned>, PlanError> {
         let source = Source {
             path: self.path,
             line: step.line,
             step,
         };
-        Ok(match &step.action {
+        let work = match &step.action {
             Action::Home { robots } => {
                 for robot in robots {
                     if let Some(place) = self.places.get_mut(*robot)
@@ -318,7 +342,10 @@ impl Walk<'_> {
                 step: path.clone(),
             },
             Action::Regulator { robot, law } => Work::Servo(*robot, *law),
-        })
+            Action::Engrave(engrave) => return self.engrave(engrave, &source),
+        };
+        let name = step.name.clone();
+        Ok(vec![Planned { name, work }])
     }
 
     fn path(&mut self, step: &PathStep, source: &Source<'_>) -> Result<Streamed, PlanError> {

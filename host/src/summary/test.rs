@@ -38,6 +38,7 @@ fn example() -> Summary {
             load_window_s: 0.01,
             latency_max_s: Some(2.5e-4),
         }],
+        engraving: None,
         steps: vec![StepSummary {
             name: "home both".into(),
             start_s: 0.0,

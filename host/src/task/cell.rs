@@ -1,5 +1,6 @@
 //! The cell: which robots there are, how their loops are closed, and on which buses they hang.
 
+use super::board::{self, Board};
 use super::document::{Document, Fields, Value, one_of};
 use super::kind::{drive_groups, t_world_base};
 use crate::input::{DataError, LoadError, Problem, shown};
@@ -24,6 +25,8 @@ pub struct Cell {
     pub robots: Vec<RobotSpec>,
     /// The buses; names are unique. Those left to defaults come last.
     pub buses: Vec<BusSpec>,
+    /// The board that is engraved, if there is one.
+    pub board: Option<Board>,
 }
 
 /// A robot of the cell.
@@ -138,6 +141,7 @@ impl Cell {
         let mut cell = Self {
             robots: Vec::new(),
             buses: Vec::new(),
+            board: None,
         };
         for kind in kinds {
             let name = kind.name().to_owned();
@@ -198,7 +202,7 @@ impl Cell {
     }
 }
 
-const KEYS: [&str; 2] = ["robot", "bus"];
+const KEYS: [&str; 3] = ["robot", "bus", "board"];
 
 fn read(document: &Document<'_>) -> Result<Cell, DataError> {
     let table = document.parse()?;
@@ -215,6 +219,7 @@ fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
     let mut cell = Cell {
         robots: Vec::new(),
         buses: Vec::new(),
+        board: None,
     };
     if let Some(buses) = fields.optional("bus") {
         for value in buses.list()? {
@@ -250,6 +255,9 @@ fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
             "at least one",
             "none",
         ));
+    }
+    if let Some(value) = fields.optional("board") {
+        cell.board = Some(board::read(&cell, &value)?);
     }
     Ok(cell)
 }

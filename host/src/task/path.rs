@@ -48,7 +48,7 @@ pub struct PathStep {
 /// Speeds of a path whose task says nothing: m/s, rad/s, m/s², rad/s².
 const SPEEDS: [f64; 4] = [0.05, 0.5, 0.5, 2.0];
 /// The greatest that can be asked for, of any of them: the ceilings of `.trj` files.
-const MOST_SPEED: f64 = 5.0;
+pub(super) const MOST_SPEED: f64 = 5.0;
 /// The rounding of orientation where only that of position is given, rad.
 const CORNER_RAD: f64 = 0.1;
 /// The latest override of a path, s.
@@ -82,7 +82,7 @@ const fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-const fn speeds([v, w, a, b]: [f64; 4]) -> PoseSpeeds {
+pub(super) const fn speeds([v, w, a, b]: [f64; 4]) -> PoseSpeeds {
     PoseSpeeds {
         velocity_m_s: narrow(v),
         angular_velocity_rad_s: narrow(w),

@@ -210,7 +210,7 @@ impl<const N: usize, R: Robot<N>> Arm<'_, N, R> {
                 self.say(&what, time);
                 time
             }
-            Action::Regulator { .. } => 0.0,
+            Action::Engrave(_) | Action::Regulator { .. } => 0.0,
         }
     }
 

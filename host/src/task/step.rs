@@ -31,11 +31,20 @@ pub(super) fn read(
             "wait",
             "tight",
             "path",
+            "engrave",
             "regulator",
         ],
     )?;
-    let (key, value) =
-        fields.exactly_one(&["home", "trj", "move", "wait", "tight", "path", "regulator"])?;
+    let (key, value) = fields.exactly_one(&[
+        "home",
+        "trj",
+        "move",
+        "wait",
+        "tight",
+        "path",
+        "engrave",
+        "regulator",
+    ])?;
     if key != "trj"
         && let Some(stray) = fields.optional("coordination")
     {
@@ -63,6 +72,7 @@ pub(super) fn read(
                 })?,
         },
         "tight" => Action::Tight(tight(cell, &value)?),
+        "engrave" => Action::Engrave(super::engrave::read(document, cell, &value)?),
         "path" => Action::Path(super::path::read(document, cell, &value)?),
         _ => {
             let fields = value.fields("a choice of regulator", &["robot", "law"])?;

@@ -13,7 +13,7 @@ use crate::program::plan::{Motion, Work};
 use crate::program::progress::{Followed, Progress, Segment};
 use crate::task::{PathStep, Tight};
 use agent::Move;
-use protocol::message::{Decision, StopKind};
+use protocol::message::{Decision, OUTPUT_SPINDLE, StopKind};
 use protocol::time::Micros;
 use protocol::units::PerAxis;
 use std::sync::Arc;
@@ -38,7 +38,8 @@ impl Run {
             | Work::Wait(_)
             | Work::Carry { .. }
             | Work::Path { .. }
-            | Work::Servo(..) => return,
+            | Work::Servo(..)
+            | Work::Spindle(..) => return,
         };
         for motion in lists.iter().flatten() {
             if let Some((_, motions)) = self.given.get_mut(motion.robot) {
@@ -109,6 +110,11 @@ impl Run {
                 (behaviour::wait_until(until), robots)
             }
             Work::Path { step, streamed } => (self.stream(step, streamed), vec![step.robot]),
+            Work::Spindle(robot, on) => {
+                let levels = if *on { OUTPUT_SPINDLE } else { 0 };
+                let switch = behaviour::outputs(*robot, OUTPUT_SPINDLE, levels);
+                (switch, vec![*robot])
+            }
             Work::Servo(robot, law) => (behaviour::select_servo(*robot, *law), vec![*robot]),
             Work::Carry { tight, start } => match self.carry(tight, start) {
                 Ok(carry) => (behaviour::carry(carry, grid), tight.robots.clone()),
