@@ -53,6 +53,10 @@ pub const METRES_PER_RADIAN: f64 = 0.02;
 /// of a piece this short still have three digits after the point.
 pub const SHORTEST_M: f64 = 1e-6;
 
+/// Blends on a node are no shorter, m: it samples a path every 0.2 mm at the finest, and would creep through
+/// a shorter one for longer than a stop in the corner takes.
+pub const SHORTEST_BLEND_M: f64 = 1e-4;
+
 /// A point of a path: the pose and its derivatives by the path parameter, in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {

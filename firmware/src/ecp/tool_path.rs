@@ -13,7 +13,7 @@ use motion::Pose;
 use motion::feed::{Feed, PushError, Sample, Status, Step};
 use motion::path::{
     Arc, BlendError, Curve, Join, MovingSegment, Path, Piece, PieceError, PointError, QueueError,
-    Straight, Tolerance,
+    SHORTEST_BLEND_M, Straight, Tolerance,
 };
 use motion::profile::State;
 use nalgebra::Vector3;
@@ -69,7 +69,7 @@ impl<const N: usize> ToolPath<N> {
         let feed = Feed::new(&motion.feed_limits(), grid, motion.macrostep_s)
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
         Ok(Self {
-            path: Path::new().without_blends_below(0.5 * grid),
+            path: Path::new().without_blends_below(SHORTEST_BLEND_M),
             curve: None,
             last,
             ended: false,

@@ -121,7 +121,7 @@ impl Place {
             ZRule::AsPlane | ZRule::Depth(_) => scale,
         };
         let lowered = match options.z {
-            ZRule::Depth(depth) if deepest <= NOTHING_M => depth + z_scale * deepest,
+            ZRule::Depth(depth) if deepest <= NOTHING_M => depth - z_scale * deepest,
             _ => 0.0,
         };
         let mut offset_m = [0.0, 0.0, -z_scale * options.surface_m - lowered];
@@ -165,5 +165,41 @@ impl Place {
     /// Do circles of this plane stay circles?
     pub(super) fn keeps_circles(&self, across: usize) -> bool {
         across == 2 || (self.scale - self.z_scale).abs() <= 1e-12 * self.scale
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    /// Cuts between two heights of the program, m.
+    fn between(least: f64, greatest: f64) -> Extent {
+        Extent {
+            least_m: [0.0, 0.0, least],
+            greatest_m: [0.1, 0.1, greatest],
+        }
+    }
+
+    #[test]
+    fn the_deepest_cut_is_as_deep_as_asked_wherever_the_program_has_its_zero() {
+        for (least, greatest, surface) in [
+            (-0.003, 0.0, 0.0),
+            (0.0, 0.0, 0.0),
+            (0.027, 0.053, 0.0),
+            (0.036, 0.053, 0.0508),
+        ] {
+            let options = Options {
+                z: ZRule::Depth(4e-4),
+                surface_m: surface,
+                ..Options::default()
+            };
+            let cuts = between(least, greatest);
+            let board = Place::of(&cuts, &options).extent(&cuts);
+            // roundings of centimetres
+            assert!(
+                (get(&board.least_m, 2) + 4e-4).abs() < 1e-16,
+                "{least} {surface}"
+            );
+        }
     }
 }

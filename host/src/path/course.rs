@@ -5,7 +5,7 @@ use super::pose;
 use motion::Pose;
 use motion::path::{
     Arc, Blend, Curve, Join, METRES_PER_RADIAN, MovingSegment, PathPoint, Piece, PieceError,
-    PointError, Quintic, Straight, Tolerance,
+    PointError, Quintic, SHORTEST_BLEND_M, Straight, Tolerance,
 };
 use nalgebra::Vector3;
 use protocol::fault::PathProblem;
@@ -337,6 +337,11 @@ impl Builder {
         let tolerance = Tolerance { metres, radians };
         let blend =
             Blend::between(&last.piece, piece, &tolerance).map_err(|_| PathProblem::Corner)?;
+        if blend.curve().length() < SHORTEST_BLEND_M {
+            // a node leaves such a corner as it is
+            self.append(piece, 0.0, element);
+            return Ok(());
+        }
         last.to -= blend.distance();
         if last.to - last.from <= NOTHING_M {
             self.parts.pop();

@@ -45,8 +45,8 @@ pub struct EngravingSummary {
     pub setpoints: PathErrors,
     /// Of the simulated mechanics.
     pub mechanics: PathErrors,
-    /// The least distance of a joint to a limit of its position, as a share of half of its range, and its axis
-    /// from 1.
+    /// On the path, the least distance of a joint to a limit of its position, as a share of half of its range,
+    /// and its axis from 1.
     pub joint_margin: (f64, usize),
     /// The greatest velocity of a motor as a share of the limit in force, and its axis from 1.
     pub motor_velocity_share: (f64, usize),

@@ -129,6 +129,15 @@ pub(super) fn read(
             error.to_string(),
         ),
     })?;
+    let [_, _, lowest] = program.summary().on_board.least_m;
+    if -lowest > board.thickness_m {
+        return Err(file_value.error(
+            Problem::OutOfRange,
+            "cuts deeper than the board is thick",
+            format!("at most {} m, see depth_m and surface_m", board.thickness_m),
+            format!("{:.4} m", -lowest),
+        ));
+    }
     let [v, a] = cartesian(cell, robot);
     let most = |asked: f64, limit: f64| if asked < limit { asked } else { limit };
     let fast = speeds([

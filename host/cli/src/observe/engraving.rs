@@ -134,7 +134,11 @@ impl Engraving {
             return;
         };
         let step_s = f64::from(watched.arm.servo_step_us()) * 1e-6;
-        self.margins(watched, &joints, motors, step_s);
+        if deviation.is_some() {
+            self.margins(watched, &joints, motors, step_s);
+        }
+        self.motors_before.clear();
+        self.motors_before.extend_from_slice(motors);
         let now = self.t_board_base * tool;
         let Some(before) = self.before.replace(now) else {
             return;
@@ -148,6 +152,17 @@ impl Engraving {
         self.summary.collisions += u64::from(cut.collision.or(cut.through).is_some());
         if cut.depth_m <= TOUCH_M {
             self.since = (0.0, 0.0);
+            if self
+                .errors
+                .last()
+                .is_some_and(|last| last.error_m.is_finite())
+            {
+                // the line of errors ends here
+                self.errors.push(PathError {
+                    at_m: [now.position.x, now.position.y],
+                    error_m: f64::NAN,
+                });
+            }
             return;
         }
         let summary = &mut self.summary;
@@ -193,8 +208,6 @@ impl Engraving {
                 self.summary.motor_velocity_share = (share, number);
             }
         }
-        self.motors_before.clear();
-        self.motors_before.extend_from_slice(motors);
     }
 
     /// What has become of the board.
