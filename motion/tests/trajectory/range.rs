@@ -199,7 +199,7 @@ fn given_more_time_such_a_turn_waits_where_it_is_at_rest() {
     assert!(lasts(&trajectory), "its phases take the time it takes");
     // and never at rest, it has nowhere to wait: refused, not torn
     let moving = Request {
-        start: [at(1.5989407226273056, -0.01, 0.0)],
+        start: [at(slow.start[0].p, -0.01, 0.0)],
         ..slow
     };
     assert!(
