@@ -1,4 +1,4 @@
-//! `mrroc robot show`: what is known about a robot, each number with its unit and its source or the
+//! `mrroc robot report` is in `report`; `mrroc robot show`: what is known about a robot, each number with its unit and its source or the
 //! word ASSUMED; as text, as one JSON object, or as a URDF file of its rigid-body model.
 //!
 //! ```text
@@ -11,6 +11,7 @@
 //! ```
 
 mod parameters;
+mod report;
 #[cfg(test)]
 mod test;
 
@@ -38,6 +39,8 @@ pub(crate) struct Robot {
 enum Question {
     /// Axes, limits, constants and masses of a robot, with units and sources
     Show(Show),
+    /// Singularities and limits at a configuration, or over the whole workspace
+    Report(report::Report),
 }
 
 #[derive(Debug, Args)]
@@ -56,9 +59,12 @@ impl Robot {
     /// Prints what was asked for.
     ///
     /// # Errors
-    /// There is no such robot, or `out` cannot be written.
+    /// There is no such robot, it has no answer, or `out` cannot be written.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), End> {
-        let Question::Show(show) = self.question;
+        let show = match self.question {
+            Question::Show(show) => show,
+            Question::Report(report) => return report.run(out),
+        };
         let kind = robot(&show.robot)?;
         kind.visit(TrackRule::Keep, Answer { kind, show, out })
     }
