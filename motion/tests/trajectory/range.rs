@@ -211,3 +211,17 @@ fn given_more_time_such_a_turn_waits_where_it_is_at_rest() {
     );
     assert!(Trajectory::new(&moving).is_err());
 }
+
+#[test]
+#[expect(clippy::unreadable_literal, reason = "the digits as they were found")]
+fn a_start_on_the_way_out_is_refused_as_that_also_where_rounding_closes_the_earliest_way() {
+    // the acceleration at the start takes the velocity to its limit exactly
+    let mut bounds = symmetric(0.5488768317703799, 1.0, 0.3698752650759218);
+    bounds.v_min = -4.6093159285277485;
+    (bounds.p_min, bounds.p_max) = (-1.3999543489830433, -0.644356852015773);
+    let start = at(bounds.p_max, 0.27487219505888394, 0.4502166981259052);
+    let request = alone(start, at(bounds.p_min, bounds.v_max, 1.0), bounds);
+    assert!(Trajectory::new(&endless(&request)).is_ok());
+    let reason = Trajectory::new(&request).unwrap_err().reason;
+    assert_eq!(reason, ProfileError::LeavesRange);
+}
