@@ -9,14 +9,14 @@
 use nalgebra::Vector3;
 use robots::description::Range;
 use robots::dynamics::{
-    Chain, IRP6_ARM, IRP6_POSTUMENT, IRP6_TRACK, POLYCRANK, STANDARD_GRAVITY, Wrench, rnt_chain,
+    Chain, IRP6_ARM, IRP6_POSTUMENT, IRP6_TRACK, POLYCRANK, STANDARD_GRAVITY, Wrench,
 };
 use robots::urdf::{JointLimits, joint_limits, write_urdf};
-use robots::{Irp6Postument, Irp6Track, Joints, Robot};
+use robots::{Irp6Arm, Irp6Postument, Irp6Track, Joints, Rnt, Robot};
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
-/// Limits where none are known here.
+/// Limits of a joint that turns without end.
 const OPEN: JointLimits = JointLimits {
     position: Range {
         lower: -100.0,
@@ -25,9 +25,6 @@ const OPEN: JointLimits = JointLimits {
     velocity: 10.0,
     effort: 1000.0,
 };
-
-/// Inclination of the RNT's wrist here, rad.
-const INCLINATION: f64 = 0.7;
 
 /// Numbers in [−1, 1): a multiplicative congruential generator, so that runs are alike.
 struct Random(u64);
@@ -116,9 +113,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     match arguments.get(1).copied() {
         Some("irp6-track") => answer(&arguments, &IRP6_TRACK, &of_robot(&Irp6Track::KEEP)),
         Some("irp6-postument") => answer(&arguments, &IRP6_POSTUMENT, &of_robot(&Irp6Postument)),
-        Some("irp6-arm") => answer(&arguments, &IRP6_ARM, &[OPEN; 5]),
+        Some("irp6-arm") => answer(&arguments, &IRP6_ARM, &of_robot(&Irp6Arm)),
+        // without end, so that a joint would be a pair of numbers there: some range
         Some("polycrank") => answer(&arguments, &POLYCRANK, &[OPEN; 7]),
-        Some("rnt") => answer(&arguments, &rnt_chain(INCLINATION), &[OPEN; 6]),
+        Some("rnt") => {
+            let chain = Rnt.chain().ok_or("the RNT has a chain")?;
+            answer(&arguments, &chain, &of_robot(&Rnt))
+        }
         _ => Err("no such chain".into()),
     }
 }

@@ -412,6 +412,18 @@ pub const ASSUMED: &[Assumed] = &[
         why: "MRROC++ has 200 mA there and does not use it; its motor is that of the arms",
     },
     Assumed {
+        item: "conveyor: gain of the regulator for a current",
+        value: 120.0,
+        unit: "mA",
+        why: "of the order of the arms' 100 to 200",
+    },
+    Assumed {
+        item: "conveyor and grippers: following error that trips",
+        value: 1000.0,
+        unit: "increments",
+        why: "as on the arms",
+    },
+    Assumed {
         item: "gripper motor velocity, planning",
         value: GRIPPER_VELOCITY_PLANNING,
         unit: "rad/s",
@@ -496,7 +508,7 @@ pub const ASSUMED: &[Assumed] = &[
         why: "plausible direct drives; nothing about them is published",
     },
     Assumed {
-        item: "irp6-arm: currents, gains and homing of the postument",
+        item: "irp6-arm: motors, currents, gains and homing of the postument",
         value: 1.0,
         unit: "1",
         why: "the same drives; only its calibration is published",

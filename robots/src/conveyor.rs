@@ -17,6 +17,7 @@ use crate::description::{
 use crate::error::KinematicError;
 use crate::robot::{Inverse, Robot};
 use crate::slider;
+use crate::sources::{Source, Sources};
 use crate::space::Joints;
 
 /// The conveyor. Its flange is a point of the belt, which moves along x of the base; there are no
@@ -30,6 +31,16 @@ const RATIO: f64 = 2250.0;
 static DESCRIPTION: RobotDescription<1> = RobotDescription {
     name: "conveyor",
     long_name: "conveyor",
+    sources: Sources {
+        geometry: Source::Definition,
+        tool: Source::Definition,
+        base: Source::Assumed,
+        overcurrent: Source::Assumed,
+        following_error: Source::Assumed,
+        current_gain: Source::Assumed,
+        current_limit: Source::Assumed,
+        ..Sources::IRP6
+    },
     servo_step_us: 2000,
     macrostep: 10,
     axes: [AxisDescription {

@@ -3,13 +3,15 @@
 //! Sources, by short name: *MRROC++* is the public mirror of MRROC++ (ptroja/mrrocpp), the robots
 //! there called `irp6ot_m` (track) and `irp6p_m` (postument); `irp6_robot` is the same laboratory's
 //! later controller of the same machines (RCPRG-ros-pkg/irp6_robot, parameters of October 2017).
-//! Everything else is labelled ASSUMED and listed in [`crate::ASSUMED`].
+//! Everything else is labelled ASSUMED and listed in [`crate::ASSUMED`]. What the fields below name is the source for
+//! the IRp-6; for the others [`RobotDescription::sources`] says it.
 
 use motion::Pose;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::quadratic::Quadratic;
 use crate::screw::ScrewTriangle;
+use crate::sources::Sources;
 
 /// An inclusive range; infinite ends where there is no bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,6 +244,8 @@ pub struct RobotDescription<const N: usize> {
     pub name: &'static str,
     /// What it is, for people.
     pub long_name: &'static str,
+    /// Who says the numbers of this very robot.
+    pub sources: Sources,
     /// Servo step, µs. MRROC++ `EDP_STEP`.
     pub servo_step_us: u32,
     /// Servo steps in a macrostep. MRROC++ `ecp_g_multiple_position.h`.

@@ -59,6 +59,7 @@ pub mod rnt;
 mod robot;
 mod screw;
 mod slider;
+mod sources;
 mod space;
 pub mod urdf;
 
@@ -76,4 +77,5 @@ pub use registry::{RobotKind, RobotVisitor, UnknownRobot};
 pub use rnt::Rnt;
 pub use robot::{Inverse, MAX_BRANCHES, Robot, distance};
 pub use screw::{ScrewTriangle, Travel};
+pub use sources::{Source, Sources};
 pub use space::{JointMotion, Joints, MotorMotion, Motors};

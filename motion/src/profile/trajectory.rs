@@ -348,10 +348,13 @@ impl<'a> Asked<'a> {
 
     fn earliest_in_range(&self, axis: &Axis, task: &Task) -> Result<f64, ProfileError> {
         let mut scratch = Phases::new();
-        if self.draw(axis, axis.earliest, &mut scratch).is_err() {
-            return Err(ProfileError::NotRepresentable);
-        }
-        leaves(&scratch, self.bounds).map_or(Ok(axis.earliest), |at| {
+        let time = match self.draw(axis, axis.earliest, &mut scratch) {
+            Ok(()) => axis.earliest,
+            // where two ways meet, rounding may close the earlier one
+            Err(Verdict::NotBefore(later)) if self.draw(axis, later, &mut scratch).is_ok() => later,
+            Err(_) => return Err(ProfileError::NotRepresentable),
+        };
+        leaves(&scratch, self.bounds).map_or(Ok(time), |at| {
             let turn = Turn {
                 task,
                 start: self.start,

@@ -37,6 +37,12 @@ fn stays(trajectory: &Trajectory<1>, bounds: &AxisBounds) -> bool {
     trajectory.phases(0).is_empty() || low >= bounds.p_min - 1e-9 && high <= bounds.p_max + 1e-9
 }
 
+/// Whether the phases take the time of the trajectory: to the halvings of the planner, which meet a time to 1e-9.
+fn lasts(trajectory: &Trajectory<1>) -> bool {
+    let sum: f64 = trajectory.phases(0).iter().map(|phase| phase.t).sum();
+    (sum - trajectory.duration()).abs() <= 2e-9 * trajectory.duration()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
@@ -69,6 +75,7 @@ proptest! {
                 prop_assert_eq!(trajectory.check(&slow), Ok(()));
                 prop_assert!(stays(&trajectory, &request.bounds[0]));
                 prop_assert!(trajectory.duration() >= slow.minimum_duration);
+                prop_assert!(lasts(&trajectory));
             }
         }
     }
@@ -156,4 +163,65 @@ fn several_axes_wait_inside_their_ranges() {
     assert_eq!(trajectory.check(&request), Ok(()));
     let slowest = duration(&alone(Boundary::default(), rest(20.0), unit));
     assert!((trajectory.duration() - slowest).abs() <= 1e-9);
+}
+
+/// Starts and ends, limits and a range, as they were found by chance.
+#[expect(clippy::unreadable_literal, reason = "the digits as they were found")]
+fn narrow() -> Request<1> {
+    let mut bounds = symmetric(4.967189622255648, 8.918772812719933, 3.516748056210451);
+    (bounds.p_min, bounds.p_max) = (1.3950119097972804, 5.536821766235046);
+    let end = at(3.5800836451975275, bounds.v_max, 5.187252338640936);
+    alone(at(1.5989407226273056, 0.0, 0.0), end, bounds)
+}
+
+#[test]
+fn a_turn_with_little_choice_of_its_acceleration_is_found() {
+    // the touch bears an acceleration of 4.13 to 4.25; a scan of 400 up to the most finds 6.0193 s
+    let request = narrow();
+    let trajectory = Trajectory::new(&request).unwrap();
+    assert_eq!(trajectory.check(&request), Ok(()));
+    assert!(stays(&trajectory, &request.bounds[0]));
+    assert!(
+        (6.0..6.0194).contains(&trajectory.duration()),
+        "{}",
+        trajectory.duration()
+    );
+}
+
+#[test]
+fn given_more_time_such_a_turn_waits_where_it_is_at_rest() {
+    let slow = Request {
+        minimum_duration: 9.0,
+        ..narrow()
+    };
+    let trajectory = Trajectory::new(&slow).unwrap();
+    assert_eq!(trajectory.check(&slow), Ok(()));
+    assert!(lasts(&trajectory), "its phases take the time it takes");
+    // and never at rest, it has nowhere to wait: refused, not torn
+    let moving = Request {
+        start: [at(slow.start[0].p, -0.01, 0.0)],
+        ..slow
+    };
+    assert!(
+        Trajectory::new(&Request {
+            minimum_duration: 0.0,
+            ..moving
+        })
+        .is_ok()
+    );
+    assert!(Trajectory::new(&moving).is_err());
+}
+
+#[test]
+#[expect(clippy::unreadable_literal, reason = "the digits as they were found")]
+fn a_start_on_the_way_out_is_refused_as_that_also_where_rounding_closes_the_earliest_way() {
+    // the acceleration at the start takes the velocity to its limit exactly
+    let mut bounds = symmetric(0.5488768317703799, 1.0, 0.3698752650759218);
+    bounds.v_min = -4.6093159285277485;
+    (bounds.p_min, bounds.p_max) = (-1.3999543489830433, -0.644356852015773);
+    let start = at(bounds.p_max, 0.27487219505888394, 0.4502166981259052);
+    let request = alone(start, at(bounds.p_min, bounds.v_max, 1.0), bounds);
+    assert!(Trajectory::new(&endless(&request)).is_ok());
+    let reason = Trajectory::new(&request).unwrap_err().reason;
+    assert_eq!(reason, ProfileError::LeavesRange);
 }

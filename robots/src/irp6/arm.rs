@@ -18,9 +18,11 @@ impl Angles {
     fn of([q1, q2, q3, q4, q5, q6]: &[f64; 6]) -> Self {
         let t3 = q3 + q2 + FRAC_PI_2;
         let t = [*q1, *q2, t3, q4 + t3, *q5, *q6];
+        // the same bits as sine and cosine by themselves, from one reduction of the angle
+        let both = t.map(libm::sincos);
         Self {
-            s: t.map(libm::sin),
-            c: t.map(libm::cos),
+            s: both.map(|(s, _)| s),
+            c: both.map(|(_, c)| c),
         }
     }
 }

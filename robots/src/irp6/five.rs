@@ -13,6 +13,7 @@ use crate::description::{AxisDescription, HomingSequence, RobotDescription};
 use crate::dynamics::{Chain, IRP6_ARM};
 use crate::error::KinematicError;
 use crate::robot::{Inverse, Robot};
+use crate::sources::{Source, Sources};
 use crate::space::Joints;
 
 /// The five-axis IRp-6: column, lower arm, upper arm, T, V.
@@ -25,6 +26,18 @@ pub struct Irp6Arm;
 static DESCRIPTION: RobotDescription<5> = RobotDescription {
     name: "irp6-arm",
     long_name: "IRp-6 with five axes",
+    sources: Sources {
+        base: Source::Assumed,
+        motor: Source::Assumed,
+        overcurrent: Source::Assumed,
+        following_error: Source::Assumed,
+        homing_coarse: Source::Assumed,
+        homing_fine: Source::Assumed,
+        pwm_regulator: Source::Assumed,
+        current_gain: Source::Assumed,
+        current_limit: Source::Assumed,
+        ..Sources::IRP6
+    },
     servo_step_us: 2000,
     macrostep: 10,
     axes: [

@@ -18,6 +18,7 @@ use crate::error::KinematicError;
 use crate::quadratic::Quadratic;
 use crate::robot::{Inverse, Robot};
 use crate::slider;
+use crate::sources::{Source, Sources};
 use crate::space::Joints;
 
 /// The gripper of an IRp-6, a robot of its own. Its joint is the opening between the jaws, m; its
@@ -41,6 +42,15 @@ const fn description(name: &'static str, long_name: &'static str) -> RobotDescri
     RobotDescription {
         name,
         long_name,
+        sources: Sources {
+            geometry: Source::Definition,
+            tool: Source::Definition,
+            base: Source::Definition,
+            plan_rates: Source::Assumed,
+            following_error: Source::Assumed,
+            homing_fine: Source::Assumed,
+            ..Sources::IRP6
+        },
         servo_step_us: 2000,
         macrostep: 10,
         axes: [AxisDescription {

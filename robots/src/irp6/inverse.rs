@@ -128,7 +128,7 @@ pub(super) fn continuing(
     let facing = libm::atan2(p.y, p.x);
     let away = libm::cos(facing - near1) < 0.0;
     let t1 = if away { facing + PI } else { facing };
-    let (s1, c1) = (libm::sin(t1), libm::cos(t1));
+    let (s1, c1) = libm::sincos(t1);
     let b = about_z(-s1, c1) * pose.rotation * flange_axes().transpose();
     let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
     if sine < PLAIN {
@@ -201,7 +201,7 @@ impl Search<'_> {
             .into_iter()
             .flatten()
         {
-            let (s1, c1) = (libm::sin(t1), libm::cos(t1));
+            let (s1, c1) = libm::sincos(t1);
             let b = about_z(-s1, c1) * self.pose.rotation * flange_axes().transpose();
             for wrist in wrists(&b, near_t4).into_iter().flatten() {
                 self.singular |= wrist.free && could_face;
@@ -228,23 +228,28 @@ impl Search<'_> {
             .map(|v| {
                 (reach.lower - LIMIT_SLACK <= v && v <= reach.upper + LIMIT_SLACK).then_some(v)
             });
+        let mut verified = None;
         if inside.iter().all(Option::is_none) {
-            self.file([q1, q2, q3, q4, wrapped(v, *near_v), q6]);
+            self.file([q1, q2, q3, q4, wrapped(v, *near_v), q6], &mut verified);
         }
         for v in inside.into_iter().flatten() {
-            self.file([q1, q2, q3, q4, v, q6]);
+            self.file([q1, q2, q3, q4, v, q6], &mut verified);
         }
     }
 
-    /// Keeps a candidate inside the limits that reproduces the pose, else notes the reason.
-    fn file(&mut self, candidate: [f64; 6]) {
+    /// Keeps a candidate inside the limits that reproduces the pose, else notes the reason. Whether another turn
+    /// of V does, `verified`, holds for this one too, where none of both was put on a bound.
+    fn file(&mut self, candidate: [f64; 6], verified: &mut Option<bool>) {
         let mut joints = candidate;
+        let mut moved = false;
         for (k, (q, axis)) in joints.iter_mut().zip(self.axes).enumerate() {
             let (range, value) = (axis.joint_position, *q);
             if value < range.lower && range.lower - value <= LIMIT_SLACK {
                 *q = range.lower;
+                moved = true;
             } else if value > range.upper && value - range.upper <= LIMIT_SLACK {
                 *q = range.upper;
+                moved = true;
             } else if !range.contains(value) {
                 let squares = candidate
                     .iter()
@@ -265,16 +270,25 @@ impl Search<'_> {
                 return;
             }
         }
-        let reached = forward(&joints);
-        let position = reached.position - self.pose.position;
-        let rotation = reached.rotation - self.pose.rotation;
-        if position
-            .iter()
-            .chain(rotation.iter())
-            .all(|v| v.abs() <= VERIFY)
-        {
+        let good = match *verified {
+            Some(good) if !moved => good,
+            _ => self.reproduces(&joints),
+        };
+        if !moved {
+            *verified = Some(good);
+        }
+        if good {
             self.found.push(joints);
         }
+    }
+
+    /// Whether these joints put the flange at the pose.
+    fn reproduces(&self, joints: &[f64; 6]) -> bool {
+        let reached = forward(joints);
+        let position = reached.position - self.pose.position;
+        let rotation = reached.rotation - self.pose.rotation;
+        let mut off = position.iter().chain(rotation.iter());
+        off.all(|v| v.abs() <= VERIFY)
     }
 }
 
@@ -296,15 +310,16 @@ fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
 /// The wrist for one of the two signs of its sine.
 fn wrist(b: &Matrix3<f64>, t4: f64, s5: f64, free: bool) -> Wrist {
     let t5 = libm::atan2(s5, b.m22);
-    let rest = about_x(-libm::sin(t5), libm::cos(t5)) * about_y(-libm::sin(t4), libm::cos(t4)) * b;
+    let ((s4, c4), (sin5, cos5)) = (libm::sincos(t4), libm::sincos(t5));
+    let rest = about_x(-sin5, cos5) * about_y(-s4, c4) * b;
     let t6 = libm::atan2(rest.m13 - rest.m31, rest.m11 + rest.m33);
     Wrist { t4, t5, t6, free }
 }
 
 /// t2 and the elbow's opening δ ∈ \[0, π\], or nothing where the wrist's centre is out of reach.
 fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
-    let e = r - WRIST_M * libm::cos(t4);
-    let f = -h - WRIST_M * libm::sin(t4);
+    let (s4, c4) = libm::sincos(t4);
+    let (e, f) = (r - WRIST_M * c4, -h - WRIST_M * s4);
     let cos = (e * e + f * f - LOWER_ARM_M * LOWER_ARM_M - UPPER_ARM_M * UPPER_ARM_M)
         / (2.0 * LOWER_ARM_M * UPPER_ARM_M);
     if !(-1.0..=1.0).contains(&cos) {

@@ -9,6 +9,7 @@ use crate::description::{HomingSequence, RobotDescription};
 use crate::dynamics::{Chain, IRP6_POSTUMENT};
 use crate::error::KinematicError;
 use crate::robot::{Inverse, Robot};
+use crate::sources::Sources;
 use crate::space::Joints;
 
 /// The IRp-6 on its postument: column, lower arm, upper arm, T, V, N.
@@ -18,6 +19,7 @@ pub struct Irp6Postument;
 static DESCRIPTION: RobotDescription<6> = RobotDescription {
     name: "irp6-postument",
     long_name: "IRp-6 on its postument",
+    sources: Sources::IRP6,
     servo_step_us: 2000,
     macrostep: 10,
     axes: [

@@ -12,6 +12,7 @@ use crate::dynamics::{Chain, IRP6_TRACK};
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::finite;
 use crate::robot::{Inverse, Robot};
+use crate::sources::Sources;
 use crate::space::Joints;
 
 /// The IRp-6 on its track: track, column, lower arm, upper arm, T, V, N.
@@ -100,6 +101,7 @@ fn bent(y: f64, end: f64) -> f64 {
 static DESCRIPTION: RobotDescription<7> = RobotDescription {
     name: "irp6-track",
     long_name: "IRp-6 on its track",
+    sources: Sources::IRP6,
     servo_step_us: 2000,
     macrostep: 10,
     axes: [

@@ -10,6 +10,7 @@ use crate::description::{
     AxisDescription, AxisHoming, CurrentRegulator, Gearing, HomingSequence, JointKind, Motor,
     MotorLimits, PwmRegulator, Range, Reference, RobotDescription,
 };
+use crate::sources::{Source, Sources};
 
 /// a1, a2, a4, a5 of the module's page, m.
 pub(super) const CRANKS_M: [f64; 4] = [-0.299, 0.180, 0.151, 0.151];
@@ -140,6 +141,11 @@ const fn level(name: &'static str, peak_torque: f64, load: f64) -> AxisDescripti
 pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
     name: "polycrank",
     long_name: "Polycrank",
+    sources: Sources {
+        geometry: Source::Graspit,
+        tool: Source::Graspit,
+        ..Sources::ASSUMED
+    },
     servo_step_us: 2000,
     macrostep: 10,
     axes: [

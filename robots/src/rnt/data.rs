@@ -7,6 +7,8 @@ use crate::description::{
     AxisDescription, AxisHoming, CurrentRegulator, Gearing, HomingSequence, JointKind, Motor,
     MotorLimits, PwmRegulator, Range, Reference, RobotDescription,
 };
+use crate::planning::VELOCITY_SHARE;
+use crate::sources::Sources;
 
 /// Names of the axes. The first three motors drive legs, the first three joints are what the platform
 /// does: motor k does not belong to joint k, so the names have both.
@@ -31,7 +33,7 @@ const LEG_LIMITS: MotorLimits = MotorLimits {
 };
 
 const LEG_PLANNING: MotorLimits = MotorLimits {
-    velocity: assumed::MOTOR_VELOCITY,
+    velocity: VELOCITY_SHARE * assumed::MOTOR_VELOCITY,
     acceleration: assumed::ACCELERATION_PLANNING_M_S2 * LEG_RAD_PER_M,
     jerk: assumed::JERK_PLANNING_M_S3 * LEG_RAD_PER_M,
 };
@@ -192,6 +194,7 @@ pub(super) static DESCRIPTION: RobotDescription<6> = {
     RobotDescription {
         name: "rnt",
         long_name: "RNT serial-parallel robot (dimensions assumed)",
+        sources: Sources::ASSUMED,
         servo_step_us: 1000,
         // 20 ms, as for the other robots: what the buses and the ECP do in a macrostep costs the same, and
         // at 0.2 m/s knots are 4 mm apart

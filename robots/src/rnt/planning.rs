@@ -253,6 +253,9 @@ mod test {
     }
 
     proptest! {
+        // a constant share of the box of joints is off the legs' screws, however many cases are asked for
+        #![proptest_config(ProptestConfig { max_global_rejects: u32::MAX, ..ProptestConfig::default() })]
+
         #[test]
         fn curvature_takes_its_share_of_a_line_and_no_more(
             from in prop::array::uniform3(0.0..1.0f64), to in prop::array::uniform3(0.0..1.0f64),

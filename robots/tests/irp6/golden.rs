@@ -125,7 +125,7 @@ fn names_are_found_and_unknown_ones_explained() {
     assert_eq!(
         text,
         "unknown robot \"irp7\"; known: irp6-track, irp6-postument, polycrank, irp6-arm, \
-         conveyor, irp6-track-gripper, irp6-postument-gripper"
+         conveyor, irp6-track-gripper, irp6-postument-gripper, rnt"
     );
 }
 

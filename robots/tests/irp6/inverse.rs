@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use robots::{Irp6Postument, Irp6Track, Joints, KinematicError, Quantity, Robot, distance};
 
-use super::{apart, pitch, within_limits};
+use super::{apart, patient, pitch, within_limits};
 
 fn same_pose(a: &Pose, b: &Pose) -> f64 {
     (a.position - b.position)
@@ -109,6 +109,8 @@ fn stays_on_the_branch<const N: usize>(
 }
 
 proptest! {
+    #![proptest_config(patient())]
+
     #[test]
     fn small_steps_stay_on_the_branch(
         unit in prop::array::uniform7(0.0..1.0f64), off in prop::array::uniform7(-0.02..0.02f64),

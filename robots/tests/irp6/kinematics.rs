@@ -80,3 +80,14 @@ proptest! {
         jacobian_agrees(&Irp6Track::KEEP, &within_limits(&Irp6Track::KEEP, &unit))?;
     }
 }
+
+proptest! {
+    #[test]
+    fn sine_and_cosine_together_are_to_the_bit_what_they_are_alone(
+        angle in prop_oneof![-12.0..12.0f64, -1e-7..1e-7f64, -1e6..1e6f64],
+    ) {
+        let (s, c) = libm::sincos(angle);
+        prop_assert_eq!(s.to_bits(), libm::sin(angle).to_bits());
+        prop_assert_eq!(c.to_bits(), libm::cos(angle).to_bits());
+    }
+}

@@ -4,7 +4,7 @@ use motion::AxisLimits;
 use proptest::prelude::*;
 use robots::{Irp6Postument, Irp6Track, JointMotion, Joints, Robot, VelocityFactor};
 
-use super::driveable;
+use super::{driveable, patient};
 
 /// Velocity, acceleration and jerk of every motor, the jerk by differences along the cubic motion.
 fn motor_derivatives<const N: usize>(
@@ -196,6 +196,8 @@ fn signs() -> impl Strategy<Value = [f64; 21]> {
 }
 
 proptest! {
+    #![proptest_config(patient())]
+
     #[test]
     fn any_motion_in_the_box_keeps_the_motors_limits(
         unit in prop::array::uniform7(0.0..1.0f64), signs in signs(), factor in factors(),

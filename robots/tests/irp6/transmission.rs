@@ -8,7 +8,7 @@ use robots::{
     Robot,
 };
 
-use super::{apart, driveable};
+use super::{apart, driveable, patient};
 
 fn round_trips<const N: usize>(
     robot: &impl Robot<N>,
@@ -94,6 +94,8 @@ fn chain_rule<const N: usize>(
 }
 
 proptest! {
+    #![proptest_config(patient())]
+
     #[test]
     fn motors_and_joints_are_inverse(unit in prop::array::uniform7(0.0..1.0f64)) {
         round_trips(&Irp6Postument, &unit)?;

@@ -60,9 +60,11 @@ proptest! {
     fn small_steps_stay_on_the_branch(
         unit in prop::array::uniform6(0.0..1.0f64), off in prop::array::uniform6(-0.02..0.02f64),
     ) {
-        let truth = within_limits(&unit);
+        let mut truth = within_limits(&unit);
         // nearer to the singularity than the step, the other wrist may be nearer
-        prop_assume!(libm::sin(truth.0[4]).abs() > 0.03);
+        if libm::sin(truth.0[4]).abs() <= 0.03 {
+            truth.0[4] += 0.1;
+        }
         let near = Joints(core::array::from_fn(|k| truth.0[k] + off[k]));
         let pose = Rnt.forward(&truth);
         let (Ok(all), Ok(one)) = (Rnt.inverse(&pose, &near), Rnt.inverse_near(&pose, &near)) else {

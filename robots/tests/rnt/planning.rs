@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use robots::rnt::HOME;
 use robots::{JointMotion, Joints, KinematicError, Motors, Rnt, Robot, VelocityFactor};
 
-use super::driveable;
+use super::{driveable, patient};
 
 /// Velocity, acceleration and jerk of every motor, the jerk by differences along the cubic motion.
 fn motor_derivatives(position: &Joints<6>, [v, a, j]: &[[f64; 6]; 3]) -> Option<[[f64; 6]; 3]> {
@@ -100,7 +100,7 @@ fn signs() -> impl Strategy<Value = [[f64; 6]; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig { cases: 1000, ..patient() })]
     #[test]
     fn any_motion_in_the_box_keeps_the_motors_limits(
         unit in prop::array::uniform6(0.0..1.0f64), signs in signs(), factor in factors(),

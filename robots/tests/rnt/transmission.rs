@@ -4,9 +4,11 @@ use proptest::prelude::*;
 use robots::rnt::HOME;
 use robots::{JointMotion, Joints, KinematicError, MotorMotion, Motors, Rnt, Robot};
 
-use super::{apart, distances, driveable};
+use super::{apart, distances, driveable, patient};
 
 proptest! {
+    #![proptest_config(patient())]
+
     #[test]
     fn motors_and_joints_are_inverse(unit in prop::array::uniform6(0.0..1.0f64)) {
         let Some(q) = driveable(&unit) else {

@@ -1,14 +1,9 @@
-//! The numbers of a description as rows. Which source a number has is said in `robots::description`,
-//! field by field; this repeats it.
+//! The numbers of a description as rows, each with the source its robot's table says.
 
-use robots::{AxisDescription, AxisHoming, Gearing, Range, Reference, RobotDescription};
-use serde::Serialize;
-
-/// Chosen by this project, because nobody published it.
-pub(super) const ASSUMED: &str = "ASSUMED";
-
-const MRROC: &str = "MRROC++";
-const IRP6_ROBOT: &str = "irp6_robot";
+use robots::{
+    AxisDescription, AxisHoming, Gearing, Range, Reference, RobotDescription, Source, Sources,
+};
+use serde::{Serialize, Serializer};
 
 /// One row: a quantity of one value or several.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -16,14 +11,23 @@ pub(super) struct Parameter {
     pub(super) item: &'static str,
     pub(super) values: Vec<f64>,
     pub(super) unit: &'static str,
-    pub(super) source: &'static str,
+    #[serde(serialize_with = "by_name")]
+    pub(super) source: Source,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde calls"
+)]
+fn by_name<S: Serializer>(source: &Source, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(source.name())
 }
 
 fn row(
     item: &'static str,
     values: impl Into<Vec<f64>>,
     unit: &'static str,
-    source: &'static str,
+    source: Source,
 ) -> Parameter {
     Parameter {
         item,
@@ -33,129 +37,111 @@ fn row(
     }
 }
 
-fn range(item: &'static str, range: Range, unit: &'static str) -> Parameter {
-    row(item, [range.lower, range.upper], unit, MRROC)
+fn range(item: &'static str, range: Range, unit: &'static str, source: Source) -> Parameter {
+    row(item, [range.lower, range.upper], unit, source)
 }
 
 /// What concerns the robot as a whole.
 pub(super) fn of_robot<const N: usize>(robot: &RobotDescription<N>) -> Vec<Parameter> {
+    let from = robot.sources;
+    let step = f64::from(robot.servo_step_us);
+    let macrostep = f64::from(robot.macrostep);
+    let (tool, base) = (robot.tool_offset_m, robot.base_position_m);
+    let (v, a) = (robot.cartesian_velocity, robot.cartesian_acceleration);
     vec![
-        row("servo step", [f64::from(robot.servo_step_us)], "µs", MRROC),
-        row(
-            "macrostep",
-            [f64::from(robot.macrostep)],
-            "servo steps",
-            MRROC,
-        ),
-        row(
-            "default tool, in the flange",
-            robot.tool_offset_m,
-            "m",
-            MRROC,
-        ),
-        row("base, in the world", robot.base_position_m, "m", MRROC),
-        row(
-            "flange velocity, planning",
-            [robot.cartesian_velocity],
-            "m/s",
-            MRROC,
-        ),
-        row(
-            "flange acceleration, planning",
-            [robot.cartesian_acceleration],
-            "m/s²",
-            MRROC,
-        ),
+        row("servo step", [step], "µs", from.cycle),
+        row("macrostep", [macrostep], "servo steps", from.cycle),
+        row("default tool, in the flange", tool, "m", from.tool),
+        row("base, in the world", base, "m", from.base),
+        row("flange velocity, planning", [v], "m/s", from.flange),
+        row("flange acceleration, planning", [a], "m/s²", from.flange),
     ]
 }
 
-/// What concerns one axis.
-pub(super) fn of_axis(axis: &AxisDescription) -> Vec<Parameter> {
-    let mut rows = limits(axis);
-    rows.extend(transmission(axis));
-    rows.extend(drive(axis));
-    rows.extend(regulators(axis));
+/// What concerns one axis of a robot with these sources.
+pub(super) fn of_axis(axis: &AxisDescription, from: &Sources) -> Vec<Parameter> {
+    let mut rows = limits(axis, from);
+    rows.extend(transmission(axis, from.gearing));
+    rows.extend(drive(axis, from));
+    rows.extend(regulators(axis, from));
     rows
 }
 
-fn limits(axis: &AxisDescription) -> Vec<Parameter> {
+fn limits(axis: &AxisDescription, from: &Sources) -> Vec<Parameter> {
     // the joint's unit and its rates'
     let [q, dq, ddq] = match axis.kind {
         robots::JointKind::Revolute => ["rad", "rad/s", "rad/s²"],
         robots::JointKind::Prismatic => ["m", "m/s", "m/s²"],
     };
+    let (v, a) = (axis.joint_velocity, axis.joint_acceleration);
     let (hard, plan) = (axis.hard_limits, axis.planning_limits);
+    let [m1, m2, m3] = ["rad/s", "rad/s²", "rad/s³"];
+    let (joint, motor) = (axis.joint_position, axis.motor_position);
     vec![
-        range("joint position", axis.joint_position, q),
-        row("joint velocity, planning", [axis.joint_velocity], dq, MRROC),
+        range("joint position", joint, q, from.joint_range),
+        row("joint velocity, planning", [v], dq, from.joint_rates),
+        row("joint acceleration, planning", [a], ddq, from.joint_rates),
+        range("motor position", motor, "rad", from.motor_range),
         row(
-            "joint acceleration, planning",
-            [axis.joint_acceleration],
-            ddq,
-            MRROC,
+            "motor velocity, hard",
+            [hard.velocity],
+            m1,
+            from.hard_velocity,
         ),
-        range("motor position", axis.motor_position, "rad"),
-        row("motor velocity, hard", [hard.velocity], "rad/s", MRROC),
         row(
             "motor acceleration, hard",
             [hard.acceleration],
-            "rad/s²",
-            ASSUMED,
+            m2,
+            from.hard_rates,
         ),
-        row("motor jerk, hard", [hard.jerk], "rad/s³", ASSUMED),
-        row("motor velocity, planning", [plan.velocity], "rad/s", MRROC),
+        row("motor jerk, hard", [hard.jerk], m3, from.hard_rates),
+        row(
+            "motor velocity, planning",
+            [plan.velocity],
+            m1,
+            from.plan_rates,
+        ),
         row(
             "motor acceleration, planning",
             [plan.acceleration],
-            "rad/s²",
-            MRROC,
+            m2,
+            from.plan_rates,
         ),
-        row("motor jerk, planning", [plan.jerk], "rad/s³", ASSUMED),
+        row("motor jerk, planning", [plan.jerk], m3, from.plan_jerk),
     ]
 }
 
 /// Motor, encoder, what trips, homing.
-fn drive(axis: &AxisDescription) -> Vec<Parameter> {
+fn drive(axis: &AxisDescription, from: &Sources) -> Vec<Parameter> {
     let motor = axis.motor;
+    let at = axis.synchro_motor_position;
+    let increments = f64::from(axis.increments_per_turn);
+    let (over, error) = (axis.overcurrent_ma, axis.following_error_increments);
+    let load = "load inertia, mean, at the motor";
     let mut rows = vec![
-        row(
-            "motor at the reference",
-            [axis.synchro_motor_position],
-            "rad",
-            MRROC,
-        ),
-        row(
-            "encoder",
-            [f64::from(axis.increments_per_turn)],
-            "increments/turn",
-            MRROC,
-        ),
+        row("motor at the reference", [at], "rad", from.motor_range),
+        row("encoder", [increments], "increments/turn", from.encoder),
         row(
             "torque constant",
             [motor.torque_constant_nm_a],
             "N·m/A",
-            IRP6_ROBOT,
+            from.motor,
         ),
-        row("rotor inertia", [motor.rotor_kg_m2], "kg·m²", IRP6_ROBOT),
-        row(
-            "load inertia, mean, at the motor",
-            [motor.load_kg_m2],
-            "kg·m²",
-            ASSUMED,
-        ),
+        row("rotor inertia", [motor.rotor_kg_m2], "kg·m²", from.motor),
+        row(load, [motor.load_kg_m2], "kg·m²", from.load),
         row(
             "viscous friction",
             [motor.viscous_nms_rad],
             "N·m·s/rad",
-            IRP6_ROBOT,
+            from.motor,
         ),
-        row("Coulomb friction", [motor.coulomb_nm], "N·m", ASSUMED),
-        row("overcurrent", [f64::from(axis.overcurrent_ma)], "mA", MRROC),
+        row("Coulomb friction", [motor.coulomb_nm], "N·m", from.load),
+        row("overcurrent", [f64::from(over)], "mA", from.overcurrent),
         row(
             "following error",
-            [f64::from(axis.following_error_increments)],
+            [f64::from(error)],
             "increments",
-            IRP6_ROBOT,
+            from.following_error,
         ),
     ];
     if let AxisHoming::Switch {
@@ -163,73 +149,77 @@ fn drive(axis: &AxisDescription) -> Vec<Parameter> {
         fine_velocity,
     } = axis.homing
     {
-        let item = "homing velocity, coarse and fine";
-        rows.push(row(item, [coarse_velocity, fine_velocity], "rad/s", MRROC));
+        let [coarse, fine] = ["homing velocity, coarse", "homing velocity, fine"];
+        rows.push(row(coarse, [coarse_velocity], "rad/s", from.homing_coarse));
+        rows.push(row(fine, [fine_velocity], "rad/s", from.homing_fine));
     }
     rows
 }
 
-fn regulators(axis: &AxisDescription) -> Vec<Parameter> {
+fn regulators(axis: &AxisDescription, from: &Sources) -> Vec<Parameter> {
     let (pwm, current) = (axis.pwm_regulator, axis.current_regulator);
+    let constants = [pwm.epsilon, pwm.a, pwm.b0, pwm.b1, pwm.limit];
+    let item = "PWM regulator ε, a, b0, b1, limit";
     vec![
+        row(item, constants, "PWM units", from.pwm_regulator),
         row(
-            "PWM regulator ε, a, b0, b1, limit",
-            [pwm.epsilon, pwm.a, pwm.b0, pwm.b1, pwm.limit],
-            "PWM units",
-            MRROC,
+            "current regulator gain",
+            [current.gain_ma],
+            "mA",
+            from.current_gain,
         ),
         row(
-            "current regulator gain, limit",
-            [current.gain_ma, current.limit_ma],
+            "current regulator limit",
+            [current.limit_ma],
             "mA",
-            IRP6_ROBOT,
+            from.current_limit,
         ),
     ]
 }
 
 /// How the motor drives the joint.
-fn transmission(axis: &AxisDescription) -> Vec<Parameter> {
+fn transmission(axis: &AxisDescription, from: Source) -> Vec<Parameter> {
     let mut rows = vec![];
-    if let Reference::ArmPlane { offset } = axis.reference {
-        let item = "drives the link's angle in the plane";
-        rows.push(row(item, [offset], "rad + joint + link before", MRROC));
+    match axis.reference {
+        Reference::Joint => {}
+        Reference::ArmPlane { offset } => {
+            let item = "drives the link's angle in the plane";
+            rows.push(row(item, [offset], "rad + joint + link before", from));
+        }
+        Reference::Leg { reference_length_m } => {
+            let item = "drives a leg; its length at the reference";
+            rows.push(row(item, [reference_length_m], "m", from));
+        }
     }
-    let unit = match axis.kind {
-        robots::JointKind::Revolute => "rad/rad",
-        robots::JointKind::Prismatic => "rad/m",
+    let unit = match (axis.kind, axis.reference) {
+        (_, Reference::Leg { .. }) | (robots::JointKind::Prismatic, _) => "rad/m",
+        (robots::JointKind::Revolute, _) => "rad/rad",
     };
     match axis.gearing {
-        Gearing::Linear { ratio } => rows.push(row("gear", [ratio], unit, MRROC)),
+        Gearing::Linear { ratio } => rows.push(row("gear", [ratio], unit, from)),
         Gearing::OnPrevious { ratio } => {
-            rows.push(row("gear, on the motor before", [ratio], unit, MRROC));
+            rows.push(row("gear, on the motor before", [ratio], unit, from));
         }
-        Gearing::Quadratic(law) => rows.push(row(
-            "jaw by the motor's angle: c0, c1, c2",
-            [law.constant, law.linear, law.square],
-            "m, m/rad, m/rad²",
-            MRROC,
-        )),
-        Gearing::Screw(screw) => rows.extend([
-            row(
-                "screw triangle, sum of squares",
-                [screw.sum_of_squares_mm2],
-                "mm²",
-                MRROC,
-            ),
-            row(
-                "screw triangle, cosine and sine",
-                [screw.cosine_mm2, screw.sine_mm2],
-                "mm²",
-                MRROC,
-            ),
-            row(
-                "screw length at the reference",
-                [screw.reference_length_mm],
-                "mm",
-                MRROC,
-            ),
-            row("screw", [screw.rad_per_mm], "rad/mm", MRROC),
-        ]),
+        Gearing::Quadratic(law) => {
+            let item = "jaw by the motor's angle: c0, c1, c2";
+            let constants = [law.constant, law.linear, law.square];
+            rows.push(row(item, constants, "m, m/rad, m/rad²", from));
+        }
+        Gearing::Screw(screw) => {
+            let sides = [screw.cosine_mm2, screw.sine_mm2];
+            let length = screw.reference_length_mm;
+            rows.extend([
+                row(
+                    "screw triangle, sum of squares",
+                    [screw.sum_of_squares_mm2],
+                    "mm²",
+                    from,
+                ),
+                row("screw triangle, cosine and sine", sides, "mm²", from),
+                row("screw length at the reference", [length], "mm", from),
+                row("screw", [screw.rad_per_mm], "rad/mm", from),
+            ]);
+        }
     }
     rows
 }
