@@ -114,7 +114,7 @@ impl Axis {
         let [now, _, before] = self.demands;
         (match self.law {
             ServoLaw::DrivePosition => before,
-            ServoLaw::Original | ServoLaw::FeedForward => now,
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => now,
         }) - self.zero
     }
 
@@ -196,10 +196,12 @@ impl Axis {
 
     /// One servo step under torque: the controlword and the target for the drive.
     ///
-    /// `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
+    /// `computed_ma` is what computed torque gives it, if that is in force and can be; else feed-forward
+    /// stands in for it. `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
     pub fn servo(
         &mut self,
         demand: Demand,
+        computed_ma: Option<f64>,
         state: Option<PowerState>,
         rated_mnm: u32,
         ts: f64,
@@ -230,12 +232,19 @@ impl Axis {
                     .original
                     .step(&mut self.original, demanded, measured)
             }
-            ServoLaw::FeedForward => {
-                let actual = self.actual_rad();
-                self.constants
-                    .feed_forward
-                    .step(&mut self.modern, demand, actual, ts)
-            }
+            ServoLaw::FeedForward | ServoLaw::ComputedTorque => match computed_ma {
+                Some(ma) if self.law == ServoLaw::ComputedTorque => {
+                    // were it to stand in, feed-forward would go on from here
+                    self.modern = FeedForwardState::holding(&self.constants.feed_forward, ma);
+                    ma
+                }
+                _ => {
+                    let actual = self.actual_rad();
+                    self.constants
+                        .feed_forward
+                        .step(&mut self.modern, demand, actual, ts)
+                }
+            },
         };
         let per_mille = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
         Target::Torque(per_mille_i16(per_mille))
@@ -246,7 +255,9 @@ impl Axis {
         self.demands = [self.actual; 3];
         match self.law {
             ServoLaw::DrivePosition => Target::Position(modulo(self.actual)),
-            ServoLaw::Original | ServoLaw::FeedForward => Target::Torque(0),
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => {
+                Target::Torque(0)
+            }
         }
     }
 

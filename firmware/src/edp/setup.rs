@@ -69,7 +69,7 @@ impl<const N: usize> EdpSetup<N> {
             .map(|axis| constants(axis, factor));
         let mode = match config.law {
             ServoLaw::DrivePosition => Mode::Csp,
-            ServoLaw::Original | ServoLaw::FeedForward => Mode::Cst,
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
         Self {
             servo_step_s: period.as_secs_f64(),

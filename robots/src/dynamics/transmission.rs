@@ -8,7 +8,7 @@
 //!   (Jᵀ·M·J + I)·m̈ + Jᵀ·(M·γ + c + τg − Jₑᵀ·w) = τm
 //! ```
 //!
-//! with I the rotors' inertia, M, c, τg of the joints and w at the flange. Joints → gear coordinates x →
+//! with I the inertia of the rotors and of what turns with them, M, c, τg of the joints and w at the flange. Joints → gear coordinates x →
 //! motors are two maps with entries on the diagonal and next to it (see [`crate::gearing`]); so are their
 //! transposes, and J is never formed. γ comes from the screws, ẍ = (m̈ − m''·ẋ²)/m', and from the legs of a
 //! platform, a third map where there is one (`Legs`). A rotor's spin is not coupled to the turning of the
@@ -116,7 +116,10 @@ impl<const N: usize> Transmission<N> {
         Ok(Self {
             ratios,
             legs: None,
-            rotors: robot.axes.map(|axis| axis.motor.rotor_kg_m2),
+            rotors: robot
+                .axes
+                .each_ref()
+                .map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2),
         })
     }
 

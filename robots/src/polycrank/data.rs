@@ -23,7 +23,8 @@ pub(super) const FLANGE_M: f64 = 0.043;
 /// Units of u at which the regulator saturates, as in MRROC++.
 const SATURATION: f64 = 190.0;
 
-/// What differs between the axes; all of it ASSUMED.
+/// What differs between the axes; all of it ASSUMED. Loads are the means of the chain's mass matrix over
+/// all postures, less the rotors; peak torques do the planning accelerations with the arm stretched.
 struct Axis {
     name: &'static str,
     /// rad/s.
@@ -98,6 +99,7 @@ const fn axis(data: &Axis) -> AxisDescription {
         motor: Motor {
             torque_constant_nm_a: TORQUE_CONSTANT,
             rotor_kg_m2: data.rotor,
+            gear_kg_m2: 0.0,
             load_kg_m2: data.load,
             viscous_nms_rad: data.viscous,
             coulomb_nm: data.coulomb,
@@ -143,18 +145,18 @@ pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
     servo_step_us: 2000,
     macrostep: 10,
     axes: [
-        vertical("crank 1", 80.0, 0.9),
-        vertical("crank 2", 50.0, 0.35),
-        vertical("crank 3", 30.0, 0.15),
-        level("crank 4", 20.0, 0.12),
-        level("crank 5", 10.0, 0.04),
-        level("crank 6", 5.0, 0.01),
+        vertical("crank 1", 200.0, 3.0),
+        vertical("crank 2", 120.0, 0.8),
+        vertical("crank 3", 50.0, 0.3),
+        level("crank 4", 30.0, 0.18),
+        level("crank 5", 10.0, 0.055),
+        level("crank 6", 5.0, 0.0008),
         axis(&Axis {
             name: "roll",
             velocity: 12.0,
             peak_torque: 2.0,
             rotor: 0.001,
-            load: 0.002,
+            load: 0.0002,
             viscous: 0.005,
             coulomb: 0.01,
         }),

@@ -48,7 +48,7 @@ proptest! {
         let reflected = dense.transpose() * SVector::from(torques);
         prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-11);
         let m = IRP6_TRACK.at(&q).mass_matrix();
-        let rotors = SVector::from(Irp6Track::KEEP.description().axes.map(|axis| axis.motor.rotor_kg_m2));
+        let rotors = SVector::from(Irp6Track::KEEP.description().axes.map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2));
         let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
         // entries of 1e-4 kg·m²
         prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-16);
@@ -83,7 +83,7 @@ proptest! {
             let joints = Irp6Track::KEEP.joint_motion(&motion).unwrap();
             let posture = IRP6_TRACK.at(&joints.position);
             let rotors: f64 = Irp6Track::KEEP.description().axes.iter().zip(velocity)
-                .map(|(axis, v)| 0.5 * axis.motor.rotor_kg_m2 * v * v).sum();
+                .map(|(axis, v)| 0.5 * (axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2) * v * v).sum();
             rotors + posture.kinetic_energy(&joints.velocity) + posture.potential_energy(&STANDARD_GRAVITY)
         };
         let h = 1e-4;
@@ -208,7 +208,8 @@ impl RobotVisitor for Derivative {
         prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-9);
         if let Some(chain) = robot.chain() {
             let m = chain.at(&q).mass_matrix();
-            let rotors = SVector::from(axes.map(|axis| axis.motor.rotor_kg_m2));
+            let rotors =
+                SVector::from(axes.map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2));
             let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
             // entries of up to 2 kg·m² on direct drives
             prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-12);

@@ -64,7 +64,7 @@ impl<R: Robot<N> + Copy + Send, const N: usize> Arm<R, N> {
         let rotors: f64 = axes
             .iter()
             .zip(motion.velocity)
-            .map(|(axis, v)| 0.5 * axis.motor.rotor_kg_m2 * v * v)
+            .map(|(axis, v)| 0.5 * (axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2) * v * v)
             .sum();
         let posture = self.body.loaded.at(&joints.position);
         [
