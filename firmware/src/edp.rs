@@ -396,6 +396,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 axis.select(law, current);
             } else if let Some(link) = self.drives.link_mut(k) {
                 // the law changes when the drive confirms its mode
+                axis.hand_over(link.actual().torque);
                 link.request(Task::SetMode(code));
             }
         }

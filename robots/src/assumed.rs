@@ -490,7 +490,7 @@ pub const ASSUMED: &[Assumed] = &[
         why: "0.1 mm at full reach",
     },
     Assumed {
-        item: "polycrank: torque constant; with it peak torques 200, 120, 50, 30, 10, 5, 2 N·m, velocities 6.3, 9, 12 rad/s, inertias and friction",
+        item: "polycrank: torque constant; with it peak torques 200, 120, 50, 40, 20, 5, 2 N·m, velocities 6.3, 9, 12 rad/s, inertias and friction",
         value: 2.0,
         unit: "N·m/A",
         why: "plausible direct drives; nothing about them is published",

@@ -46,6 +46,8 @@ pub struct Axis {
     /// Demands of the last steps, drive units, newest first.
     demands: [i64; 3],
     following_error_max: u32,
+    /// The drive is about to change between position and torque: the torque, ‰, that holds the axis.
+    handover: Option<i16>,
 }
 
 impl Axis {
@@ -64,6 +66,7 @@ impl Axis {
             known: false,
             demands: [0; 3],
             following_error_max: 0,
+            handover: None,
         }
     }
 
@@ -194,6 +197,12 @@ impl Axis {
         self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
     }
 
+    /// The drive is asked for the other kind of target: its next target is already of that kind, so that it
+    /// finds a true one when it changes. `torque` is the torque now, per mille of rated.
+    pub const fn hand_over(&mut self, torque: i16) {
+        self.handover = Some(torque);
+    }
+
     /// One servo step under torque: the controlword and the target for the drive.
     ///
     /// `computed_ma` is what computed torque gives it, if that is in force and can be; else feed-forward
@@ -218,10 +227,15 @@ impl Axis {
                 self.following_error_max = error;
             }
         }
+        let handover = self.handover.take();
         let ma = match self.law {
             ServoLaw::DrivePosition => {
+                if let Some(torque) = handover {
+                    return Target::Torque(torque);
+                }
                 return Target::Position(modulo(units));
             }
+            _ if handover.is_some() => return Target::Position(modulo(units)),
             // torque only once the drive follows, else the integrals wind up
             _ if !follows => 0.0,
             ServoLaw::Original => {

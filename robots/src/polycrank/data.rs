@@ -148,8 +148,8 @@ pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
         vertical("crank 1", 200.0, 3.0),
         vertical("crank 2", 120.0, 0.8),
         vertical("crank 3", 50.0, 0.3),
-        level("crank 4", 30.0, 0.18),
-        level("crank 5", 10.0, 0.055),
+        level("crank 4", 40.0, 0.18),
+        level("crank 5", 20.0, 0.055),
         level("crank 6", 5.0, 0.0008),
         axis(&Axis {
             name: "roll",
