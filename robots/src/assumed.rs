@@ -51,7 +51,7 @@ pub const POLYCRANK_JERK_HARD: f64 = 20_000.0;
 /// ASSUMED: polycrank motor jerk, planning, rad/s³.
 pub const POLYCRANK_JERK_PLANNING: f64 = 400.0;
 /// ASSUMED: polycrank: double pole of the regulator, rad/s.
-pub const POLYCRANK_REGULATOR_BANDWIDTH: f64 = 70.0;
+pub const POLYCRANK_REGULATOR_BANDWIDTH: f64 = 40.0;
 /// ASSUMED: polycrank, encoder increments a turn (4000 would be 1.4 mm at full reach).
 pub const POLYCRANK_INCREMENTS: u32 = 65_536;
 

@@ -191,6 +191,16 @@ pub struct Motor {
     pub coulomb_nm: f64,
 }
 
+impl AxisDescription {
+    /// Does the motor turn the joint without a gear? Then links move motors as much as motors links, and
+    /// loops of single axes have to be slow.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        // exact: a constant of the description
+        matches!(self.gearing, Gearing::Linear { ratio } if ratio == 1.0)
+    }
+}
+
 /// One axis: motor, gear, joint, limits, regulators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisDescription {

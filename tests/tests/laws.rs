@@ -28,8 +28,8 @@ struct Course {
 
 const POLYCRANK: Course = Course {
     kind: RobotKind::Polycrank,
-    factor: 0.7,
-    acceleration: 0.4,
+    factor: 0.5,
+    acceleration: 0.15,
     from: &[0.3, -0.8, 0.5, 0.2, -0.4, 0.3, 0.0],
     to: &[1.5, 0.6, -0.5, 0.9, 0.5, -0.6, 1.0],
 };

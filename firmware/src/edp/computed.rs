@@ -17,7 +17,7 @@
 //!
 //! Gains: the poles −ω, −ω, −ω/8, roughly, as those of [`super::servo::FeedForwardGains`]; ω = 0.18/Ts, which
 //! is 90 rad/s at servo steps of 2 ms and 180 rad/s at 1 ms: the loop's delay of one and a half steps then
-//! costs 15° of phase on any robot.
+//! costs 15° of phase on any robot. With direct drives ω = 0.08/Ts = 40 rad/s: there encoders are the limit.
 //!
 //! Until all axes are homed no posture is known: then feed-forward closes the loops.
 
@@ -27,10 +27,13 @@ use motion::Setpoint;
 use protocol::canopen::cia402::PowerState;
 use protocol::message::ServoLaw;
 use robots::dynamics::{Chain, STANDARD_GRAVITY, Transmission, Wrench};
-use robots::{Joints, KinematicError, Motors, Robot};
+use robots::{AxisDescription, Joints, KinematicError, Motors, Robot};
 
 /// ω·Ts.
 const BANDWIDTH_STEPS: f64 = 0.18;
+/// The same with direct drives: at 0.18 one increment of crank 1 of the Polycrank in one step would be
+/// 2ω/Ts·2π/increments·M = 40 N·m; at 0.08 it is less than half of that.
+const DIRECT_BANDWIDTH_STEPS: f64 = 0.08;
 /// The integral's pole is so much slower than the bandwidth.
 const INTEGRAL_RATIO: f64 = 8.0;
 /// Part of an axis' greatest velocity below which the compensation of dry friction fades out.
@@ -80,7 +83,17 @@ pub struct Measured {
 impl<const N: usize> ComputedTorque<N> {
     /// For a robot whose servo step is `ts` seconds; `None` if it has no chain.
     pub fn new<R: Robot<N>>(robot: &R, ts: f64) -> Option<Self> {
-        let w = BANDWIDTH_STEPS / ts;
+        let direct = robot
+            .description()
+            .axes
+            .iter()
+            .any(AxisDescription::is_direct);
+        let steps = if direct {
+            DIRECT_BANDWIDTH_STEPS
+        } else {
+            BANDWIDTH_STEPS
+        };
+        let w = steps / ts;
         Some(Self {
             chain: robot.chain()?,
             motors: robot.description().axes.each_ref().map(|axis| MotorData {

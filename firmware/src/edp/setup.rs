@@ -215,7 +215,7 @@ fn constants(axis: &AxisDescription, factor: f64) -> AxisConstants {
             u_max: pwm.limit,
             ma_per_count: current.gain_ma,
         },
-        feed_forward: FeedForwardGains::design(&axis.motor, current.limit_ma),
+        feed_forward: FeedForwardGains::design(axis),
         following_window_rad: f64::from(axis.following_error_increments) * core::f64::consts::TAU
             / f64::from(axis.increments_per_turn),
         full_speed: axis.hard_limits.velocity * factor,

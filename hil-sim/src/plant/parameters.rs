@@ -58,6 +58,13 @@ const START_RAD: [f64; 2] = [5.0, 40.0];
 const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
 
+/// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
+/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral) /
+/// (position·integral) = 32; with a quarter of it the velocity loop closes at 480 1/s.
+const DIRECT_POSITION: f64 = 30.0;
+const DIRECT_VELOCITY: f64 = 200.0;
+const DIRECT_INTEGRAL: f64 = 20.0;
+
 /// Turns a minute of a velocity, rad/s, to the nearest.
 #[expect(
     clippy::cast_possible_truncation,
@@ -124,6 +131,16 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
             velocity_bandwidth: COARSE * drive.velocity_bandwidth,
             velocity_integral: COARSE * drive.velocity_integral,
             observer_bandwidth: COARSE * drive.observer_bandwidth,
+            ..drive
+        }
+    } else {
+        drive
+    };
+    let drive = if description.is_direct() {
+        DriveParameters {
+            position_bandwidth: DIRECT_POSITION,
+            velocity_bandwidth: DIRECT_VELOCITY,
+            velocity_integral: DIRECT_INTEGRAL,
             ..drive
         }
     } else {

@@ -23,8 +23,9 @@ pub(super) const FLANGE_M: f64 = 0.043;
 /// Units of u at which the regulator saturates, as in MRROC++.
 const SATURATION: f64 = 190.0;
 
-/// What differs between the axes; all of it ASSUMED. Loads are the means of the chain's mass matrix over
-/// all postures, less the rotors; peak torques do the planning accelerations with the arm stretched.
+/// What differs between the axes; all of it ASSUMED. Loads are between the inertia an axis has
+/// with the others held and the much smaller one it has with them free, so that loops of single axes are
+/// stable; peak torques do the planning accelerations with the arm stretched.
 struct Axis {
     name: &'static str,
     /// rad/s.
@@ -145,11 +146,11 @@ pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
     servo_step_us: 2000,
     macrostep: 10,
     axes: [
-        vertical("crank 1", 200.0, 3.0),
-        vertical("crank 2", 120.0, 0.8),
-        vertical("crank 3", 50.0, 0.3),
-        level("crank 4", 40.0, 0.18),
-        level("crank 5", 20.0, 0.055),
+        vertical("crank 1", 200.0, 0.6),
+        vertical("crank 2", 120.0, 0.2),
+        vertical("crank 3", 50.0, 0.08),
+        level("crank 4", 40.0, 0.05),
+        level("crank 5", 20.0, 0.012),
         level("crank 6", 5.0, 0.0008),
         axis(&Axis {
             name: "roll",
