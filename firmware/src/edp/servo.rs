@@ -144,7 +144,7 @@ pub struct Demand {
 const BANDWIDTH_RAD_S: f64 = 90.0;
 /// The same for direct drives: what a motor feels of the links changes tenfold with the posture and the
 /// other axes, and a loop of its own must bear that.
-const DIRECT_BANDWIDTH_RAD_S: f64 = 40.0;
+const DIRECT_BANDWIDTH_RAD_S: f64 = 50.0;
 /// Damping ratio of its two fast poles.
 const DAMPING: f64 = 1.0;
 /// The integral's pole is so much slower than the bandwidth.

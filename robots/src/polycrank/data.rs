@@ -96,7 +96,8 @@ const fn axis(data: &Axis) -> AxisDescription {
         )]
         overcurrent_ma: peak_ma as u32,
         max_increments_per_step: 1000,
-        following_error_increments: 1000,
+        // 0.25 rad at rest: what a load dropped on the flange may do to drives without gears
+        following_error_increments: 4000,
         motor: Motor {
             torque_constant_nm_a: TORQUE_CONSTANT,
             rotor_kg_m2: data.rotor,
@@ -149,8 +150,8 @@ pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
         vertical("crank 1", 200.0, 0.6),
         vertical("crank 2", 120.0, 0.2),
         vertical("crank 3", 50.0, 0.08),
-        level("crank 4", 40.0, 0.05),
-        level("crank 5", 20.0, 0.012),
+        level("crank 4", 40.0, 0.08),
+        level("crank 5", 20.0, 0.025),
         level("crank 6", 5.0, 0.0008),
         axis(&Axis {
             name: "roll",
