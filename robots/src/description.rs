@@ -196,8 +196,7 @@ impl AxisDescription {
     /// loops of single axes have to be slow.
     #[must_use]
     pub fn is_direct(&self) -> bool {
-        // exact: a constant of the description
-        matches!(self.gearing, Gearing::Linear { ratio } if ratio == 1.0)
+        matches!(self.gearing, Gearing::Linear { ratio } if libm::fabs(ratio - 1.0) < 1e-12)
     }
 }
 

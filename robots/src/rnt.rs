@@ -154,7 +154,7 @@ impl Robot<6> for Rnt {
             tripod::solved(&rows, [0.0, 0.0, 1.0])?,
         ];
         let coupling = Legs::new(by_length, legs.map(|leg| leg.second));
-        Transmission::of_legs(&DESCRIPTION, &with_legs(&legs, joints.0), coupling)
+        Transmission::of_legs(&DESCRIPTION, &with_legs(&legs, joints.0), &coupling)
     }
 
     fn joints(&self, motors: &Motors<6>) -> Result<Joints<6>, KinematicError> {

@@ -73,11 +73,11 @@ impl<const N: usize> Transmission<N> {
     pub(crate) fn of_legs(
         robot: &RobotDescription<N>,
         gears: &Joints<N>,
-        legs: Legs,
+        legs: &Legs,
     ) -> Result<Self, KinematicError> {
         let transmission = Self::of_gears(robot, gears)?;
         Ok(Self {
-            legs: Some(legs),
+            legs: Some(*legs),
             ..transmission
         })
     }
