@@ -1,6 +1,6 @@
 //! Computed torque for cst: the whole arm's equation of motion, turned into motor currents.
 //!
-//! With M and h of the motors ([`robots::dynamics`]), m the motors' angles, d the demand, e = m_d − m,
+//! With M and h of the motors ([`robots::dynamics`]), m the angles of the motors, d the demand, e the difference,
 //!
 //! ```text
 //!   torque = M(m_d)·(m̈_d + Kv·ė + Kp·e + Ki·∫e dt) + h(m_d, ṁ_d) + friction(ṁ_d)
