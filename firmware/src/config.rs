@@ -52,6 +52,8 @@ pub enum ConfigError {
         /// The axis, from 0.
         axis: u8,
     },
+    /// Computed torque for a robot that has no chain.
+    ServoLaw,
     /// Two axes have the same drive, or one has the node's own id.
     DuplicateDrive {
         /// The axis, from 0.
@@ -70,6 +72,10 @@ impl core::fmt::Display for ConfigError {
             Self::DriveBus { axis } => {
                 write!(f, "axis {axis}: expected a drive bus below {DRIVE_BUSES}")
             }
+            Self::ServoLaw => write!(
+                f,
+                "servo law: expected one that needs no masses of links; this robot has none"
+            ),
             Self::DuplicateDrive { axis } => {
                 write!(f, "axis {axis}: its drive's id is taken on this bus")
             }
@@ -120,5 +126,6 @@ const fn law_code(law: ServoLaw) -> u8 {
         ServoLaw::DrivePosition => 0,
         ServoLaw::Original => 1,
         ServoLaw::FeedForward => 2,
+        ServoLaw::ComputedTorque => 3,
     }
 }

@@ -6,6 +6,7 @@
 //! before the next SYNC. The state machine is [`mode::Mode`].
 
 pub mod axis;
+pub mod computed;
 pub mod drives;
 pub mod homing;
 pub mod limits;
@@ -22,6 +23,7 @@ use crate::capacity::KNOT_QUEUE;
 use crate::ecp::EffectorImage;
 use crate::io::Port;
 use axis::Axis;
+use computed::ComputedTorque;
 use drives::{Drives, Task};
 use limits::Gate;
 use mode::{Event, Mode};
@@ -52,6 +54,8 @@ pub struct Edp<R, const N: usize> {
     mode: Mode,
     drives: Drives<N>,
     axes: [Axis; N],
+    /// The law of the robot as a whole, of one that has a chain.
+    computed: Option<ComputedTorque<N>>,
     interpolator: Option<Interpolator<N, KNOT_QUEUE>>,
     gate: Gate<N>,
     homing: Option<HomingRun>,
@@ -75,6 +79,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     pub fn new(now: Micros, robot: R, setup: EdpSetup<N>) -> Self {
         let axes = setup.axes.map(|constants| Axis::new(constants, setup.law));
         Self {
+            computed: ComputedTorque::new(&robot, setup.servo_step_s),
             robot,
             mode: Mode::Boot,
             drives: Drives::new(
@@ -254,6 +259,9 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                         *count = 0;
                     }
                 }
+                if let Some(computed) = &mut self.computed {
+                    computed.begin();
+                }
                 self.hold_here();
             }
             Event::Synchronise => self.home_next(0),
@@ -363,15 +371,22 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Choose the servo law; allowed with torque off or at rest.
     ///
     /// # Errors
-    /// [`Refusal::WrongState`]
+    /// [`Refusal::WrongState`], or [`Refusal::UnknownServoLaw`] for computed torque of a robot without a
+    /// chain.
     pub fn select(&mut self, law: ServoLaw) -> Result<(), Refusal> {
         if !matches!(self.mode, Mode::Disabled | Mode::Resting(_)) {
             return Err(Refusal::WrongState {
                 state: self.mode.into(),
             });
         }
+        if !self.has(law) {
+            return Err(Refusal::UnknownServoLaw);
+        }
         let code = drive_mode(law).code();
         self.setup.law = law;
+        if let Some(computed) = &mut self.computed {
+            computed.leave();
+        }
         for k in 0..N {
             let current = self.current_ma(k);
             let Some(axis) = self.axes.get_mut(k) else {
@@ -381,6 +396,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 axis.select(law, current);
             } else if let Some(link) = self.drives.link_mut(k) {
                 // the law changes when the drive confirms its mode
+                axis.hand_over(link.actual().torque);
                 link.request(Task::SetMode(code));
             }
         }
@@ -398,6 +414,9 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 && confirmed == Some(drive_mode(wanted).code())
             {
                 axis.select(wanted, current);
+                if let Some(computed) = &mut self.computed {
+                    computed.leave();
+                }
             }
         }
     }
@@ -478,6 +497,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             Goal::Disabled
         };
         let ts = self.setup.servo_step_s;
+        let computed = self.computed_currents(setpoint);
         for (k, axis) in self.axes.iter_mut().enumerate() {
             let Some(link) = self.drives.link_mut(k) else {
                 continue;
@@ -499,7 +519,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 acceleration: *a,
             };
             let target = if torque {
-                axis.servo(demand, state, link.rated_torque_mnm(), ts)
+                let computed_ma = computed.as_ref().and_then(|ma| ma.get(k)).copied();
+                axis.servo(demand, computed_ma, state, link.rated_torque_mnm(), ts)
             } else {
                 axis.idle()
             };
@@ -513,6 +534,6 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 const fn drive_mode(law: ServoLaw) -> DriveMode {
     match law {
         ServoLaw::DrivePosition => DriveMode::Csp,
-        ServoLaw::Original | ServoLaw::FeedForward => DriveMode::Cst,
+        ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => DriveMode::Cst,
     }
 }

@@ -23,7 +23,8 @@ use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Incoming, Message, Role};
 use protocol::message::{
-    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, StopKind, TimeSync,
+    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, ServoLaw, StopKind,
+    TimeSync,
 };
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
@@ -85,6 +86,9 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         programs: P,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
+        if config.law == ServoLaw::ComputedTorque && robot.chain().is_none() {
+            return Err(ConfigError::ServoLaw);
+        }
         let setup = EdpSetup::new(&robot, &config);
         setup.validate()?;
         let limits = EdpSetup::generator_limits(&robot, config.velocity_factor);

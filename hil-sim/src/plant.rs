@@ -1,21 +1,25 @@
 //! E, the mechanics: motors, gears, friction, gravity, encoders, switches, brakes of one robot.
 //!
 //! ```text
-//! drive ──torque──▶ current loop ──▶ rotor + reflected load ──▶ encoder count ──▶ drive
-//!                                    ▲ friction, brake, stops   home switch
-//!                        gravity ────┘                          index pulse, limit switches
+//! drive ──torque──▶ current loop ──▶ rotors + links of the arm ──▶ encoder count ──▶ drive
+//!                                    ▲ friction, brakes, stops     home switch
+//!                        gravity ────┘                             index pulse, limit switches
 //! ```
 //!
 //! | module | one line |
 //! |---|---|
-//! | [`axis`] | one motor with its load and its receptors |
-//! | [`gravity`] | what the arm's weight does to the motors |
-//! | [`parameters`] | the numbers of the IRp-6 robots, each with its source |
+//! | [`axis`] | one motor with its receptors |
+//! | `friction` | coupled axes with dry friction, brakes and stops |
+//! | [`mechanics`] | how the motors of a robot move together, and robots whose motors do not |
+//! | [`parameters`] | the simulated robots from their descriptions |
 //! | [`random`] | seeded random numbers, one stream per purpose |
+//! | [`rigid_body`] | the links of an arm: full rigid-body dynamics |
 //! | [`robot`] | the drives and plants of one robot on its buses |
 
 pub mod axis;
-pub mod gravity;
+mod friction;
+pub mod mechanics;
 pub mod parameters;
 pub mod random;
+pub mod rigid_body;
 pub mod robot;

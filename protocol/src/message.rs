@@ -278,6 +278,8 @@ pub enum ServoLaw {
     Original,
     /// cst: PID on position with velocity and acceleration feed-forward.
     FeedForward,
+    /// cst: the torques of the arm's equation of motion.
+    ComputedTorque,
 }
 
 /// The kinds of commanded stop.

@@ -5,7 +5,7 @@
 //! calls is its instructions.
 
 use nalgebra::Vector3;
-use robots::dynamics::{Chain, IRP6_TRACK, POLYCRANK, STANDARD_GRAVITY, Transmission, Wrench};
+use robots::dynamics::{Chain, IRP6_TRACK, POLYCRANK, STANDARD_GRAVITY, Wrench};
 use robots::{Irp6Track, Joints, Robot};
 use std::hint::black_box;
 use std::time::Instant;
@@ -67,12 +67,14 @@ fn motors(_: &Chain<7>, (q, dm, tau): &State) -> f64 {
         *q = 0.1 * *q + near;
     }
     let gravity: Vector3<f64> = STANDARD_GRAVITY;
-    Transmission::at(Irp6Track::KEEP.description(), &q).map_or(f64::NAN, |transmission| {
-        let posture = IRP6_TRACK.at(&q);
-        let accelerations =
-            posture.motor_forward_dynamics(&transmission, dm, tau, &gravity, &Wrench::NONE);
-        accelerations.iter().sum()
-    })
+    Irp6Track::KEEP
+        .transmission(&q)
+        .map_or(f64::NAN, |transmission| {
+            let posture = IRP6_TRACK.at(&q);
+            let accelerations =
+                posture.motor_forward_dynamics(&transmission, dm, tau, &gravity, &Wrench::NONE);
+            accelerations.iter().sum()
+        })
 }
 
 type Question = (&'static str, fn(&Chain<7>, &State) -> f64);

@@ -51,7 +51,7 @@ pub const POLYCRANK_JERK_HARD: f64 = 20_000.0;
 /// ASSUMED: polycrank motor jerk, planning, rad/s³.
 pub const POLYCRANK_JERK_PLANNING: f64 = 400.0;
 /// ASSUMED: polycrank: double pole of the regulator, rad/s.
-pub const POLYCRANK_REGULATOR_BANDWIDTH: f64 = 70.0;
+pub const POLYCRANK_REGULATOR_BANDWIDTH: f64 = 40.0;
 /// ASSUMED: polycrank, encoder increments a turn (4000 would be 1.4 mm at full reach).
 pub const POLYCRANK_INCREMENTS: u32 = 65_536;
 
@@ -283,7 +283,7 @@ pub const ASSUMED: &[Assumed] = &[
         item: "rnt: load of a leg's motor, at its shaft",
         value: rnt::LEG_LOAD_KG_M2,
         unit: "kg·m²",
-        why: "a third of 30 kg of platform, wrist and spindle, by (lead/2π)²",
+        why: "47 kg of platform, tube, half the legs, wrist and spindle: 4e-5 where all legs lift, 2.7e-4 and more where one turns the platform",
     },
     Assumed {
         item: "rnt: load of the motors of wrist 1 and 2, at their shafts",
@@ -502,10 +502,22 @@ pub const ASSUMED: &[Assumed] = &[
         why: "0.1 mm at full reach",
     },
     Assumed {
-        item: "polycrank: torque constant; with it peak torques 80, 50, 30, 20, 10, 5, 2 N·m, velocities 6.3, 9, 12 rad/s, inertias and friction",
+        item: "polycrank: torque constant; with it peak torques 200, 120, 50, 40, 20, 5, 2 N·m, velocities 6.3, 9, 12 rad/s, inertias and friction",
         value: 2.0,
         unit: "N·m/A",
         why: "plausible direct drives; nothing about them is published",
+    },
+    Assumed {
+        item: "IRp-6 track: inertia of reducer and pinion, at the motor's shaft",
+        value: 5.6e-5,
+        unit: "kg·m²",
+        why: "with the links' masses it makes up the load the original gains are stable with",
+    },
+    Assumed {
+        item: "IRp-6 V: inertia of bevels and shaft, at the motor's shaft",
+        value: 2.4e-5,
+        unit: "kg·m²",
+        why: "with the links' masses it makes up the load the original gains are stable with",
     },
     Assumed {
         item: "irp6-arm: motors, currents, gains and homing of the postument",

@@ -70,6 +70,7 @@ static DESCRIPTION: RobotDescription<1> = RobotDescription {
         motor: Motor {
             torque_constant_nm_a: 0.105,
             rotor_kg_m2: 1.5e-4,
+            gear_kg_m2: 0.0,
             load_kg_m2: 1.0e-4,
             viscous_nms_rad: 0.01,
             coulomb_nm: 0.02,

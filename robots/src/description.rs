@@ -183,12 +183,23 @@ pub struct Motor {
     pub torque_constant_nm_a: f64,
     /// Inertia of the rotor, kg·m². `irp6_robot` `hw_model`.
     pub rotor_kg_m2: f64,
-    /// Mean inertia of the links behind the gear, kg·m²: ASSUMED.
+    /// Inertia of couplings, shafts and gears that turn with the rotor, at its shaft, kg·m²: ASSUMED.
+    pub gear_kg_m2: f64,
+    /// Mean inertia of all that is behind the rotor, gear and links, kg·m², which the gains are for: ASSUMED.
     pub load_kg_m2: f64,
     /// Viscous friction, N·m·s/rad. `irp6_robot` `hw_model`.
     pub viscous_nms_rad: f64,
     /// Coulomb friction, N·m: ASSUMED.
     pub coulomb_nm: f64,
+}
+
+impl AxisDescription {
+    /// Does the motor turn the joint without a gear? Then links move motors as much as motors links, and
+    /// loops of single axes have to be slow.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        matches!(self.gearing, Gearing::Linear { ratio } if libm::fabs(ratio - 1.0) < 1e-12)
+    }
 }
 
 /// One axis: motor, gear, joint, limits, regulators.

@@ -13,7 +13,7 @@
 //! | [`Posture::link_poses`], [`Posture::flange`], [`Posture::jacobian`] | products of frames |
 //! | [`Posture::kinetic_energy`], [`Posture::potential_energy`] | sums over the links |
 //!
-//! Forces between joints and motors are in [`Transmission`]. The chains of the robots: [`IRP6_TRACK`],
+//! Forces between joints and motors are in [`Transmission`], which [`Robot::transmission`](crate::Robot::transmission) gives. The chains of the robots: [`IRP6_TRACK`],
 //! [`IRP6_POSTUMENT`], [`IRP6_ARM`], [`POLYCRANK`], [`rnt_chain`]. Their masses are [`ASSUMED`].
 //!
 //! ```
@@ -33,6 +33,7 @@ mod chain;
 mod forward;
 mod inverse;
 mod irp6;
+mod legs;
 mod polycrank;
 mod rnt;
 mod transmission;
@@ -44,6 +45,7 @@ pub use body::{Body, Inertia, Shape};
 pub use chain::{Chain, Link, Placement, Posture};
 pub use inverse::Wrench;
 pub use irp6::{IRP6_ARM, IRP6_POSTUMENT, IRP6_TRACK};
+pub(crate) use legs::Legs;
 pub use polycrank::POLYCRANK;
 pub use rnt::rnt_chain;
 pub use transmission::{Transmission, joints_by_motors};

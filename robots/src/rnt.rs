@@ -50,7 +50,7 @@ use motion::{AxisLimits, Pose};
 use nalgebra::{ArrayStorage, SMatrix};
 
 use crate::description::RobotDescription;
-use crate::dynamics::{Chain, rnt_chain};
+use crate::dynamics::{Chain, Legs, Transmission, rnt_chain};
 use crate::error::KinematicError;
 use crate::gearing::{self, finite};
 use crate::planning::VelocityFactor;
@@ -141,6 +141,20 @@ impl Robot<6> for Rnt {
 
     fn jacobian(&self, joints: &Joints<6>) -> SMatrix<f64, 6, 6> {
         SMatrix::from_array_storage(ArrayStorage(arm::jacobian(&joints.0)))
+    }
+
+    fn transmission(&self, joints: &Joints<6>) -> Result<Transmission<6>, KinematicError> {
+        finite(&joints.0)?;
+        let [ty, tx, reach, ..] = joints.0;
+        let legs = tripod::legs([ty, tx, reach])?;
+        let rows = legs.map(|leg| leg.first);
+        let by_length = [
+            tripod::solved(&rows, [1.0, 0.0, 0.0])?,
+            tripod::solved(&rows, [0.0, 1.0, 0.0])?,
+            tripod::solved(&rows, [0.0, 0.0, 1.0])?,
+        ];
+        let coupling = Legs::new(by_length, legs.map(|leg| leg.second));
+        Transmission::of_legs(&DESCRIPTION, &with_legs(&legs, joints.0), &coupling)
     }
 
     fn joints(&self, motors: &Motors<6>) -> Result<Joints<6>, KinematicError> {

@@ -4,7 +4,7 @@ use motion::{AxisLimits, Pose};
 use nalgebra::SMatrix;
 
 use crate::description::RobotDescription;
-use crate::dynamics::Chain;
+use crate::dynamics::{Chain, Transmission};
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::{self, finite};
 use crate::planning::{self, VelocityFactor};
@@ -125,6 +125,14 @@ pub trait Robot<const N: usize> {
     /// Its links as rigid bodies, with masses that are ASSUMED; none where no link moves another.
     fn chain(&self) -> Option<Chain<N>> {
         None
+    }
+
+    /// How forces and masses of the joints are seen by the motors, at joint positions.
+    ///
+    /// # Errors
+    /// As [`Robot::motors`], or [`KinematicError::Singular`] where motors at rest do not hold the joints.
+    fn transmission(&self, joints: &Joints<N>) -> Result<Transmission<N>, KinematicError> {
+        Transmission::geared(self.description(), joints)
     }
 
     /// Joint positions of motor angles. Position limits are not checked.

@@ -47,13 +47,22 @@ impl Coordinator {
     /// If the cell cannot be built.
     #[must_use]
     pub fn new(kind: RobotKind, law: ServoLaw, seed: u64) -> Self {
+        Self::as_fast_as(kind, law, seed, FACTOR)
+    }
+
+    /// A robot just switched on, with a velocity factor of its own.
+    ///
+    /// # Panics
+    /// If the cell cannot be built.
+    #[must_use]
+    pub fn as_fast_as(kind: RobotKind, law: ServoLaw, seed: u64, factor: f64) -> Self {
         let mut cell = Cell::new(Kind::Fd);
         let station = Station {
             effector: 1,
             unique_id: seed,
             mtu: Mtu::Fd,
             law,
-            velocity_factor: FACTOR,
+            velocity_factor: factor,
             one_wire: false,
             track: TrackRule::Keep,
         };
@@ -61,7 +70,7 @@ impl Coordinator {
             .expect("a cell of one robot");
         Self {
             cell,
-            watch: Watch::new(kind, 1, law, FACTOR, 1, &drive_buses(kind)),
+            watch: Watch::new(kind, 1, law, factor, 1, &drive_buses(kind)),
             talks: true,
             node: NodeId::effector(1).expect("the first effector"),
             link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd),

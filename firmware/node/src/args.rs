@@ -58,6 +58,8 @@ enum Law {
     Original,
     /// cst: PID with velocity and acceleration feed-forward
     FeedForward,
+    /// cst: the torques of the arm's equation of motion
+    ComputedTorque,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -118,6 +120,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Law::DrivePosition => ServoLaw::DrivePosition,
             Law::Original => ServoLaw::Original,
             Law::FeedForward => ServoLaw::FeedForward,
+            Law::ComputedTorque => ServoLaw::ComputedTorque,
         },
         velocity_factor: raw.velocity_factor,
         track: match raw.track {

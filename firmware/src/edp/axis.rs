@@ -46,6 +46,8 @@ pub struct Axis {
     /// Demands of the last steps, drive units, newest first.
     demands: [i64; 3],
     following_error_max: u32,
+    /// The drive is about to change between position and torque: the torque, ‰, that holds the axis.
+    handover: Option<i16>,
 }
 
 impl Axis {
@@ -64,6 +66,7 @@ impl Axis {
             known: false,
             demands: [0; 3],
             following_error_max: 0,
+            handover: None,
         }
     }
 
@@ -114,7 +117,7 @@ impl Axis {
         let [now, _, before] = self.demands;
         (match self.law {
             ServoLaw::DrivePosition => before,
-            ServoLaw::Original | ServoLaw::FeedForward => now,
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => now,
         }) - self.zero
     }
 
@@ -194,12 +197,20 @@ impl Axis {
         self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
     }
 
+    /// The drive is asked for the other kind of target: its next target is already of that kind, so that it
+    /// finds a true one when it changes. `torque` is the torque now, per mille of rated.
+    pub const fn hand_over(&mut self, torque: i16) {
+        self.handover = Some(torque);
+    }
+
     /// One servo step under torque: the controlword and the target for the drive.
     ///
-    /// `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
+    /// `computed_ma` is what computed torque gives it, if that is in force and can be; else feed-forward
+    /// stands in for it. `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
     pub fn servo(
         &mut self,
         demand: Demand,
+        computed_ma: Option<f64>,
         state: Option<PowerState>,
         rated_mnm: u32,
         ts: f64,
@@ -216,10 +227,15 @@ impl Axis {
                 self.following_error_max = error;
             }
         }
+        let handover = self.handover.take();
         let ma = match self.law {
             ServoLaw::DrivePosition => {
+                if let Some(torque) = handover {
+                    return Target::Torque(torque);
+                }
                 return Target::Position(modulo(units));
             }
+            _ if handover.is_some() => return Target::Position(modulo(units)),
             // torque only once the drive follows, else the integrals wind up
             _ if !follows => 0.0,
             ServoLaw::Original => {
@@ -230,12 +246,19 @@ impl Axis {
                     .original
                     .step(&mut self.original, demanded, measured)
             }
-            ServoLaw::FeedForward => {
-                let actual = self.actual_rad();
-                self.constants
-                    .feed_forward
-                    .step(&mut self.modern, demand, actual, ts)
-            }
+            ServoLaw::FeedForward | ServoLaw::ComputedTorque => match computed_ma {
+                Some(ma) if self.law == ServoLaw::ComputedTorque => {
+                    // were it to stand in, feed-forward would go on from here
+                    self.modern = FeedForwardState::holding(&self.constants.feed_forward, ma);
+                    ma
+                }
+                _ => {
+                    let actual = self.actual_rad();
+                    self.constants
+                        .feed_forward
+                        .step(&mut self.modern, demand, actual, ts)
+                }
+            },
         };
         let per_mille = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
         Target::Torque(per_mille_i16(per_mille))
@@ -246,7 +269,9 @@ impl Axis {
         self.demands = [self.actual; 3];
         match self.law {
             ServoLaw::DrivePosition => Target::Position(modulo(self.actual)),
-            ServoLaw::Original | ServoLaw::FeedForward => Target::Torque(0),
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => {
+                Target::Torque(0)
+            }
         }
     }
 

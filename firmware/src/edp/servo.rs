@@ -142,6 +142,9 @@ pub struct Demand {
 /// The loop's delay is one and a half servo steps (sample to latch, and half of the hold): 3 ms at
 /// 2 ms. At 90 rad/s that costs 15° of phase, which critical damping has to spare.
 const BANDWIDTH_RAD_S: f64 = 90.0;
+/// The same for direct drives: what a motor feels of the links changes tenfold with the posture and the
+/// other axes, and a loop of its own must bear that.
+const DIRECT_BANDWIDTH_RAD_S: f64 = 50.0;
 /// Damping ratio of its two fast poles.
 const DAMPING: f64 = 1.0;
 /// The integral's pole is so much slower than the bandwidth.
@@ -150,8 +153,13 @@ const INTEGRAL_RATIO: f64 = 8.0;
 impl FeedForwardGains {
     /// Gains for a motor and its load: J·ω², 2ζJ·ω and so on over the torque constant, mA.
     #[must_use]
-    pub fn design(motor: &robots::description::Motor, i_max: f64) -> Self {
-        let w = BANDWIDTH_RAD_S;
+    pub fn design(axis: &robots::AxisDescription) -> Self {
+        let (motor, i_max) = (&axis.motor, axis.current_regulator.limit_ma);
+        let w = if axis.is_direct() {
+            DIRECT_BANDWIDTH_RAD_S
+        } else {
+            BANDWIDTH_RAD_S
+        };
         let per_torque = 1000.0 / motor.torque_constant_nm_a;
         let inertia = (motor.rotor_kg_m2 + motor.load_kg_m2) * per_torque;
         Self {

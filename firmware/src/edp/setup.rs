@@ -71,7 +71,7 @@ impl<const N: usize> EdpSetup<N> {
             .map(|axis| constants(axis, factor));
         let mode = match config.law {
             ServoLaw::DrivePosition => Mode::Csp,
-            ServoLaw::Original | ServoLaw::FeedForward => Mode::Cst,
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
         Self {
             servo_step_s: period.as_secs_f64(),
@@ -233,7 +233,7 @@ fn constants(axis: &AxisDescription, factor: f64) -> AxisConstants {
             u_max: pwm.limit,
             ma_per_count: current.gain_ma,
         },
-        feed_forward: FeedForwardGains::design(&axis.motor, current.limit_ma),
+        feed_forward: FeedForwardGains::design(axis),
         following_window_rad: f64::from(axis.following_error_increments) * core::f64::consts::TAU
             / f64::from(axis.increments_per_turn),
         full_speed: axis.hard_limits.velocity * factor,

@@ -1,4 +1,4 @@
-//! One motor with its load and its receptors.
+//! One motor with its receptors, and with a load of its own where it has one.
 
 use core::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use super::random::SplitMix64;
 pub struct PlantParameters {
     /// Torque per current, N·m/A.
     pub torque_constant_nm_a: f64,
-    /// Rotor and reflected load, kg·m².
+    /// Rotor and mean reflected load, kg·m²: what the axis moves where no other moves it.
     pub inertia_kg_m2: f64,
     /// Viscous friction, N·m·s/rad.
     pub viscous_nms_rad: f64,
@@ -67,6 +67,15 @@ pub struct Drive {
     pub release_brake: bool,
 }
 
+/// What acts on a motor shaft in one substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Effort {
+    /// Torque of the motor, N·m.
+    pub(crate) torque_nm: f64,
+    /// Dry friction and holding torque of the brake, N·m.
+    pub(crate) dry_nm: f64,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Brake {
     Closed,
@@ -88,7 +97,7 @@ pub struct Broken {
     pub index: bool,
 }
 
-/// One motor with its load, integrated in fixed substeps.
+/// One motor, moved on in fixed substeps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisPlant {
     parameters: PlantParameters,
@@ -199,34 +208,63 @@ impl AxisPlant {
         self.broken = broken;
     }
 
-    /// One substep under the drive's command and the load torque, N·m, on the motor shaft.
+    /// Its constants.
+    #[must_use]
+    pub(crate) const fn parameters(&self) -> &PlantParameters {
+        &self.parameters
+    }
+
+    /// One substep of an axis with a load of its own, under the drive's command and a load torque, N·m,
+    /// on the motor shaft.
     ///
     /// Semi-implicit Euler; friction is taken implicitly, so that it never turns the motion round.
     #[inline]
     pub fn step(&mut self, command: Drive, load_nm: f64) {
-        let limit = self.parameters.current_limit_a;
-        let wanted = command.torque_nm / self.parameters.torque_constant_nm_a;
-        let wanted = wanted.clamp(-limit, limit);
-        self.current_a += self.step.current_part * (wanted - self.current_a);
-        let held = self.turn_brake(command.release_brake);
-        let torque = self.current_a * self.parameters.torque_constant_nm_a + load_nm;
+        let Effort { torque_nm, dry_nm } = self.actuate(command);
+        let torque = torque_nm + load_nm;
         let free = self.velocity_rad_s * self.step.kept + torque * self.step.velocity_per_torque;
-        let dry = self.parameters.coulomb_nm + held;
-        let friction = dry * self.step.velocity_per_torque;
-        self.velocity_rad_s = if free > friction {
+        let friction = dry_nm * self.step.velocity_per_torque;
+        let velocity = if free > friction {
             free - friction
         } else if free < -friction {
             free + friction
         } else {
             0.0
         };
-        self.angle_rad += self.velocity_rad_s * self.step.dt_s;
+        let angle = self.angle_rad + velocity * self.step.dt_s;
         let [low, high] = self.parameters.stop_rad;
-        if self.angle_rad < low {
-            (self.angle_rad, self.velocity_rad_s) = (low, 0.0);
-        } else if self.angle_rad > high {
-            (self.angle_rad, self.velocity_rad_s) = (high, 0.0);
+        if angle < low {
+            self.moved(low, 0.0);
+        } else if angle > high {
+            self.moved(high, 0.0);
+        } else {
+            self.moved(angle, velocity);
         }
+    }
+
+    /// Current loop and brake, one substep on: what then acts on the shaft. A command that is no number
+    /// is no torque.
+    #[inline]
+    pub(crate) fn actuate(&mut self, command: Drive) -> Effort {
+        let limit = self.parameters.current_limit_a;
+        let wanted = command.torque_nm / self.parameters.torque_constant_nm_a;
+        let wanted = if wanted.is_nan() {
+            0.0
+        } else {
+            wanted.clamp(-limit, limit)
+        };
+        self.current_a += self.step.current_part * (wanted - self.current_a);
+        let held = self.turn_brake(command.release_brake);
+        Effort {
+            torque_nm: self.current_a * self.parameters.torque_constant_nm_a,
+            dry_nm: self.parameters.coulomb_nm + held,
+        }
+    }
+
+    /// The shaft is at this angle, rad, and velocity, rad/s, at the end of the substep.
+    #[inline]
+    pub(crate) fn moved(&mut self, angle_rad: f64, velocity_rad_s: f64) {
+        (self.angle_rad, self.velocity_rad_s) = (angle_rad, velocity_rad_s);
         self.sense();
     }
 

@@ -6,8 +6,9 @@
 use core::f64::consts::TAU;
 
 use super::axis::PlantParameters;
-use super::gravity::{GravityModel, Irp6Arm, Masses, PolycrankArm, Weightless};
+use super::mechanics::{Apart, Mechanics};
 use super::random::SplitMix64;
+use super::rigid_body::RigidBody;
 use crate::drive::parameters::DriveParameters;
 use robots::{AxisDescription, AxisHoming, Range, Robot, RobotKind, RobotVisitor, TrackRule};
 
@@ -32,8 +33,8 @@ pub struct AxisSetup {
 pub struct RobotSetup {
     /// The axes, in the robot's order.
     pub axes: Vec<AxisSetup>,
-    /// What weighs on them.
-    pub gravity: Box<dyn GravityModel + Send>,
+    /// How they move together.
+    pub mechanics: Box<dyn Mechanics>,
 }
 
 impl core::fmt::Debug for RobotSetup {
@@ -55,6 +56,13 @@ const START_RAD: [f64; 2] = [5.0, 40.0];
 /// more torque than there is. ASSUMED: commissioning then takes a quarter of them.
 const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
+
+/// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
+/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral) /
+/// (position·integral) = 32; with a quarter of it the velocity loop closes at 480 1/s.
+const DIRECT_POSITION: f64 = 30.0;
+const DIRECT_VELOCITY: f64 = 200.0;
+const DIRECT_INTEGRAL: f64 = 20.0;
 
 /// Turns a minute of a velocity, rad/s, to the nearest.
 #[expect(
@@ -127,6 +135,16 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
     } else {
         drive
     };
+    let drive = if description.is_direct() {
+        DriveParameters {
+            position_bandwidth: DIRECT_POSITION,
+            velocity_bandwidth: DIRECT_VELOCITY,
+            velocity_integral: DIRECT_INTEGRAL,
+            ..drive
+        }
+    } else {
+        drive
+    };
     let [first, last] = START_RAD;
     let start_rad = start.between(first, last);
     AxisSetup {
@@ -140,43 +158,35 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
 }
 
 /// A robot of this kind; its drives are numbered from 1 in the order of the axes, on the buses of
-/// [`firmware::process::drive_buses`].
+/// [`firmware::process::drive_buses`]. A robot with a chain moves as its rigid bodies do, the others'
+/// axes each on its own.
 #[must_use]
 pub fn robot(kind: RobotKind, seed: u64) -> RobotSetup {
-    RobotSetup {
-        axes: kind.visit(TrackRule::Keep, Axes { seed }),
-        gravity: gravity(kind),
-    }
+    kind.visit(TrackRule::Keep, Setup { seed })
 }
 
-/// The axes of a robot.
-struct Axes {
+struct Setup {
     seed: u64,
 }
 
-impl RobotVisitor for Axes {
-    type Output = Vec<AxisSetup>;
+impl RobotVisitor for Setup {
+    type Output = RobotSetup;
 
-    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Vec<AxisSetup> {
+    fn visit<R, const N: usize>(self, robot: R) -> RobotSetup
+    where
+        R: Robot<N> + Send + 'static,
+    {
         let axes = robot.description().axes.iter();
-        axes.zip(robot.description().drive_buses())
+        let axes = axes
+            .zip(robot.description().drive_buses())
             .zip(1_u8..)
             .map(|((description, bus), node)| axis(description, bus, node, self.seed))
-            .collect()
-    }
-}
-
-/// What weighs on the axes of a robot.
-fn gravity(kind: RobotKind) -> Box<dyn GravityModel + Send> {
-    match kind {
-        RobotKind::Irp6Track => Box::new(Irp6Arm::track(Masses::ASSUMED)),
-        RobotKind::Irp6Postument => Box::new(Irp6Arm::postument(Masses::ASSUMED)),
-        RobotKind::Irp6Arm => Box::new(Irp6Arm::five_axes(Masses::ASSUMED)),
-        RobotKind::Polycrank => Box::new(PolycrankArm::ASSUMED),
-        RobotKind::Conveyor
-        | RobotKind::Irp6TrackGripper
-        | RobotKind::Irp6PostumentGripper
-        | RobotKind::Rnt => Box::new(Weightless),
+            .collect();
+        let mechanics: Box<dyn Mechanics> = match RigidBody::new(robot) {
+            Some(body) => Box::new(body),
+            None => Box::new(Apart),
+        };
+        RobotSetup { axes, mechanics }
     }
 }
 

@@ -3,16 +3,15 @@
 use protocol::canopen::node::NodeId;
 use protocol::frame::Frame;
 
-use super::axis::{AxisPlant, Broken};
-use super::gravity::GravityModel;
+use super::axis::{AxisPlant, Broken, Drive};
+use super::mechanics::Mechanics;
 use super::parameters::{AxisSetup, RobotSetup};
 use super::random::SplitMix64;
 use crate::drive::{DriveFault, SimDrive};
+use robots::dynamics::Body;
 
 /// The substep of drives and plants: 0.25 ms.
 pub const SUBSTEP_NS: u64 = 250_000;
-/// The weight is computed anew every so many substeps: every 2 ms with the default substep.
-const GRAVITY_SUBSTEPS: u32 = 8;
 
 /// A frame a drive sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,23 +46,33 @@ pub enum SetupError {
     /// The substep is 0.
     #[error("the substep is 0")]
     Substep,
+    /// The mechanics moves another number of axes.
+    #[error("the mechanics moves {expected} axes, got {got}")]
+    Axes {
+        /// Axes it moves.
+        expected: usize,
+        /// Axes of the setup.
+        got: usize,
+    },
 }
 
-struct Axis {
+/// A drive on its bus.
+struct OnBus {
     bus: u8,
     drive: SimDrive,
-    plant: AxisPlant,
 }
 
-/// One robot: its drives, motors and weight.
+/// One robot: its drives, motors and links.
 pub struct SimRobot {
-    axes: Vec<Axis>,
-    gravity: Box<dyn GravityModel + Send>,
+    drives: Vec<OnBus>,
+    plants: Vec<AxisPlant>,
+    mechanics: Box<dyn Mechanics>,
+    /// What the drives command in this substep.
+    commands: Vec<Drive>,
     motor_rad: Vec<f64>,
-    load_nm: Vec<f64>,
     substep_ns: u64,
+    substep_s: f64,
     now_ns: u64,
-    to_gravity: u32,
 }
 
 impl core::fmt::Debug for SimRobot {
@@ -94,34 +103,38 @@ impl SimRobot {
         }
         #[expect(clippy::cast_precision_loss, reason = "a substep is far below 2^53 ns")]
         let dt_s = substep_ns as f64 * 1e-9;
-        let mut axes: Vec<Axis> = Vec::with_capacity(setup.axes.len());
-        for (number, axis) in setup.axes.iter().enumerate() {
+        let RobotSetup { axes, mechanics } = setup;
+        if let Some(expected) = mechanics.axes().filter(|expected| *expected != axes.len()) {
+            let got = axes.len();
+            return Err(SetupError::Axes { expected, got });
+        }
+        let mut drives: Vec<OnBus> = Vec::with_capacity(axes.len());
+        let mut plants = Vec::with_capacity(axes.len());
+        for (number, axis) in axes.iter().enumerate() {
             let AxisSetup { bus, node, .. } = *axis;
             let id = NodeId::new(node).ok_or(SetupError::Node { axis: number, node })?;
-            if axes
+            if drives
                 .iter()
                 .any(|other| other.bus == bus && other.drive.node() == id)
             {
                 return Err(SetupError::Double { bus, node });
             }
             let random = SplitMix64::stream(seed, "home switch bounce", u64::from(node));
-            axes.push(Axis {
+            drives.push(OnBus {
                 bus,
                 drive: SimDrive::new(id, axis.drive, 0, dt_s),
-                plant: AxisPlant::new(axis.plant, axis.start_rad, dt_s, random),
             });
+            plants.push(AxisPlant::new(axis.plant, axis.start_rad, dt_s, random));
         }
-        let motor_rad = axes.iter().map(|axis| axis.plant.angle_rad()).collect();
-        let load_nm = vec![0.0; axes.len()];
-        let gravity = setup.gravity;
         Ok(Self {
-            axes,
-            gravity,
-            motor_rad,
-            load_nm,
+            commands: vec![Drive::default(); drives.len()],
+            motor_rad: plants.iter().map(AxisPlant::angle_rad).collect(),
+            drives,
+            plants,
+            mechanics,
             substep_ns,
+            substep_s: dt_s,
             now_ns: 0,
-            to_gravity: 0,
         })
     }
 
@@ -140,24 +153,25 @@ impl SimRobot {
     /// The drive of an axis.
     #[must_use]
     pub fn drive(&self, axis: usize) -> Option<&SimDrive> {
-        self.axes.get(axis).map(|axis| &axis.drive)
+        self.drives.get(axis).map(|axis| &axis.drive)
     }
 
     /// The plant of an axis.
     #[must_use]
     pub fn plant(&self, axis: usize) -> Option<&AxisPlant> {
-        self.axes.get(axis).map(|axis| &axis.plant)
+        self.plants.get(axis)
     }
 
     /// The levels of the tool's outputs: those of the last axis' drive.
     #[must_use]
     pub fn outputs(&self) -> u16 {
-        self.axes.last().map_or(0, |axis| axis.drive.outputs())
+        self.drives.last().map_or(0, |axis| axis.drive.outputs())
     }
 
     /// Puts a fault into an axis, or takes its faults out. `false` if there is no such axis.
     pub fn inject(&mut self, axis: usize, fault: Option<DriveFault>) -> bool {
-        let Some(axis) = self.axes.get_mut(axis) else {
+        let (Some(on_bus), Some(plant)) = (self.drives.get_mut(axis), self.plants.get_mut(axis))
+        else {
             return false;
         };
         let mut broken = Broken::default();
@@ -167,20 +181,20 @@ impl SimRobot {
             Some(DriveFault::IndexMissing) => broken.index = true,
             Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}
         }
-        axis.plant.set_broken(broken);
-        axis.drive.set_fault(fault);
+        plant.set_broken(broken);
+        on_bus.drive.set_fault(fault);
         true
+    }
+
+    /// Fixes a body, in the flange's frame, to the flange instead of what was there; `false` if the robot
+    /// has none.
+    pub fn carry(&mut self, body: Option<&Body>) -> bool {
+        self.mechanics.carry(body)
     }
 
     /// Runs drives and plants up to `now_ns`; `out` gets what the drives send, in order of time.
     pub fn advance(&mut self, now_ns: u64, out: &mut impl FnMut(Sent)) {
         while self.now_ns + self.substep_ns <= now_ns {
-            if self.to_gravity == 0 {
-                self.to_gravity = GRAVITY_SUBSTEPS;
-                self.gravity
-                    .load_torque_nm(&self.motor_rad, &mut self.load_nm);
-            }
-            self.to_gravity -= 1;
             self.now_ns += self.substep_ns;
             self.substep(out);
         }
@@ -189,21 +203,26 @@ impl SimRobot {
     #[inline]
     fn substep(&mut self, out: &mut impl FnMut(Sent)) {
         let at_ns = self.now_ns;
-        let others = self.load_nm.iter().zip(&mut self.motor_rad);
-        for (axis, (load_nm, motor_rad)) in self.axes.iter_mut().zip(others) {
-            let command = axis.drive.torque_command(at_ns, axis.plant.sensed());
-            axis.plant.step(command, *load_nm);
-            *motor_rad = axis.plant.angle_rad();
-            let bus = axis.bus;
-            axis.drive
-                .poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
+        let sensed = self.plants.iter().map(AxisPlant::sensed);
+        for ((axis, sensed), command) in self.drives.iter_mut().zip(sensed).zip(&mut self.commands)
+        {
+            *command = axis.drive.torque_command(at_ns, sensed);
+        }
+        self.mechanics
+            .step(&mut self.plants, &self.commands, self.substep_s);
+        for (plant, motor_rad) in self.plants.iter().zip(&mut self.motor_rad) {
+            *motor_rad = plant.angle_rad();
+        }
+        for OnBus { bus, drive } in &mut self.drives {
+            let bus = *bus;
+            drive.poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
         }
     }
 
     /// Takes a frame from drive bus `bus`, after running up to `now_ns`.
     pub fn on_frame(&mut self, bus: u8, now_ns: u64, frame: &Frame, out: &mut impl FnMut(Sent)) {
         self.advance(now_ns, out);
-        for axis in &mut self.axes {
+        for axis in &mut self.drives {
             if axis.bus == bus {
                 let mut send = |frame| {
                     out(Sent {

@@ -203,7 +203,9 @@ impl Watched {
     fn pair(&self, motors: &[f64]) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
         let (demand, angles) = match self.servo {
             ServoLaw::DrivePosition => (&self.setpoint_before, motors),
-            ServoLaw::Original | ServoLaw::FeedForward => (&self.setpoint, &*self.motors_before),
+            ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => {
+                (&self.setpoint, &*self.motors_before)
+            }
         };
         let angles: PerAxis<f64> = angles.iter().copied().collect();
         Some((demand.clone()?, angles)).filter(|(demand, angles)| demand.len() == angles.len())

@@ -273,6 +273,7 @@ pub(crate) const fn servo_name(law: ServoLaw) -> &'static str {
         ServoLaw::DrivePosition => "drive-position",
         ServoLaw::Original => "original",
         ServoLaw::FeedForward => "feed-forward",
+        ServoLaw::ComputedTorque => "computed-torque",
     }
 }
 

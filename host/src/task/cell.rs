@@ -127,10 +127,11 @@ impl BusSpec {
 }
 
 /// The servo laws by the names task files use.
-pub const SERVO_LAWS: [(&str, ServoLaw); 3] = [
+pub const SERVO_LAWS: [(&str, ServoLaw); 4] = [
     ("drive-position", ServoLaw::DrivePosition),
     ("original", ServoLaw::Original),
     ("feed-forward", ServoLaw::FeedForward),
+    ("computed-torque", ServoLaw::ComputedTorque),
 ];
 
 impl Cell {

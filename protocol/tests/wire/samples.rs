@@ -390,6 +390,13 @@ pub(super) fn requests() -> Named<Request> {
             },
         ),
         (
+            "servo-computed-torque",
+            Request::SelectServo {
+                epoch,
+                law: ServoLaw::ComputedTorque,
+            },
+        ),
+        (
             "set-tool",
             Request::SetTool {
                 epoch,

@@ -8,18 +8,19 @@
 //!   (Jᵀ·M·J + I)·m̈ + Jᵀ·(M·γ + c + τg − Jₑᵀ·w) = τm
 //! ```
 //!
-//! with I the rotors' inertia, M, c, τg of the joints and w at the flange. Joints → gear coordinates x →
+//! with I the inertia of the rotors and of what turns with them, M, c, τg of the joints and w at the flange. Joints → gear coordinates x →
 //! motors are two maps with entries on the diagonal and next to it (see [`crate::gearing`]); so are their
-//! transposes, and J is never formed. γ comes from the screws alone: ẍ = (m̈ − m''·ẋ²)/m'. A rotor's
-//! spin is not coupled to the turning of the link that carries it: its mass is part of that link, the
-//! gyroscopic torque of the rotor is left out.
+//! transposes, and J is never formed. γ comes from the screws, ẍ = (m̈ − m''·ẋ²)/m', and from the legs of a
+//! platform, a third map where there is one (`Legs`). A rotor's spin is not coupled to the turning of the
+//! link that carries it: its mass is part of that link, the gyroscopic torque of the rotor is left out.
 
 use nalgebra::{SMatrix, Vector3};
 
 use super::chain::Posture;
 use super::forward::solve;
 use super::inverse::Wrench;
-use crate::description::{Gearing, Reference, RobotDescription};
+use super::legs::Legs;
+use crate::description::{AxisDescription, Gearing, Reference, RobotDescription};
 use crate::error::KinematicError;
 use crate::gearing::{at_axis, finite, gear_positions};
 use crate::robot::Robot;
@@ -42,15 +43,46 @@ struct Ratio {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmission<const N: usize> {
     ratios: [Ratio; N],
+    legs: Option<Legs>,
     rotors: [f64; N],
 }
 
 impl<const N: usize> Transmission<N> {
-    /// At joint positions; the rotors' inertias are those of the description.
+    /// Of gears that are an axis' own, at joint positions; the rotors' inertias are those of the
+    /// description.
+    ///
+    /// # Errors
+    /// As [`Robot::motors`]; [`KinematicError::Unreachable`] where a gear drives the leg of a platform
+    /// ([`Reference::Leg`]), of which the description does not say what it has to do with the joints.
+    pub(crate) fn geared(
+        robot: &RobotDescription<N>,
+        joints: &Joints<N>,
+    ) -> Result<Self, KinematicError> {
+        let leg = |axis: &AxisDescription| matches!(axis.reference, Reference::Leg { .. });
+        if robot.axes.iter().any(leg) {
+            return Err(KinematicError::Unreachable);
+        }
+        Self::of_gears(robot, joints)
+    }
+
+    /// Of a robot whose first three gears drive `legs`; `gears` holds the legs' lengths, m, in the place
+    /// of the joints, as everywhere in [`crate::gearing`].
     ///
     /// # Errors
     /// As [`Robot::motors`].
-    pub fn at(robot: &RobotDescription<N>, joints: &Joints<N>) -> Result<Self, KinematicError> {
+    pub(crate) fn of_legs(
+        robot: &RobotDescription<N>,
+        gears: &Joints<N>,
+        legs: &Legs,
+    ) -> Result<Self, KinematicError> {
+        let transmission = Self::of_gears(robot, gears)?;
+        Ok(Self {
+            legs: Some(*legs),
+            ..transmission
+        })
+    }
+
+    fn of_gears(robot: &RobotDescription<N>, joints: &Joints<N>) -> Result<Self, KinematicError> {
         finite(&joints.0)?;
         let mut ratios = [Ratio {
             reduction: 1.0,
@@ -83,7 +115,11 @@ impl<const N: usize> Transmission<N> {
         }
         Ok(Self {
             ratios,
-            rotors: robot.axes.map(|axis| axis.motor.rotor_kg_m2),
+            legs: None,
+            rotors: robot
+                .axes
+                .each_ref()
+                .map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2),
         })
     }
 
@@ -96,13 +132,21 @@ impl<const N: usize> Transmission<N> {
         for ((ddx, dx), ratio) in ddx.iter_mut().zip(dx).zip(&self.ratios) {
             *ddx -= ratio.reduction * ratio.curvature * dx * dx;
         }
-        self.links_apart(&ddx)
+        let mut ddq = self.links_apart(&ddx);
+        if let Some(legs) = &self.legs {
+            legs.accelerations(&mut ddq, &self.joint_velocity(velocity));
+        }
+        ddq
     }
 
     /// J·ṁ: velocities of the joints, rad/s or m/s, from those of the motors, rad/s.
     #[must_use]
     pub fn joint_velocity(&self, velocity: &[f64; N]) -> [f64; N] {
-        self.links_apart(&self.gear_rates(velocity))
+        let mut dq = self.links_apart(&self.gear_rates(velocity));
+        if let Some(legs) = &self.legs {
+            legs.rates(&mut dq);
+        }
+        dq
     }
 
     fn gear_rates(&self, motor_rates: &[f64; N]) -> [f64; N] {
@@ -128,15 +172,14 @@ impl<const N: usize> Transmission<N> {
     /// Jᵀ·τ: torques of the motors, N·m, from those of the joints, N·m or N.
     #[must_use]
     pub fn motor_torques(&self, joint_torques: &[f64; N]) -> [f64; N] {
+        let mut of_links = *joint_torques;
+        if let Some(legs) = &self.legs {
+            legs.forces(&mut of_links);
+        }
         let mut torques = [0.0; N];
         // what the axis after this one takes: of the joints, then of the motors
         let (mut link_after, mut motor_after) = (0.0, 0.0);
-        for ((torque, joint), ratio) in torques
-            .iter_mut()
-            .zip(joint_torques)
-            .zip(&self.ratios)
-            .rev()
-        {
+        for ((torque, joint), ratio) in torques.iter_mut().zip(of_links).zip(&self.ratios).rev() {
             let own = ratio.reduction * (joint - link_after);
             *torque = own - motor_after;
             link_after = ratio.on_previous_link * joint;
@@ -215,7 +258,7 @@ impl<const N: usize> Posture<'_, N> {
 }
 
 /// J = ∂q/∂m of any robot, dense, by one [`Robot::joint_motion`] a column: rad/rad or m/rad. Torques
-/// follow by its transpose. [`Transmission`] is much faster where every gear is an axis' own.
+/// follow by its transpose. [`Robot::transmission`] gives the same much faster.
 ///
 /// # Errors
 /// As [`Robot::joint_motion`].

@@ -144,6 +144,11 @@ const fn current(machine: Machine, limit_ma: f64) -> CurrentRegulator {
 pub(super) const fn track(machine: Machine) -> AxisDescription {
     AxisDescription {
         kind: JointKind::Prismatic,
+        // reducer and pinion
+        motor: Motor {
+            gear_kg_m2: 5.6e-5,
+            ..ARM_MOTOR
+        },
         motor_position: Range {
             lower: -200.0,
             upper: 1900.0,
@@ -163,6 +168,7 @@ pub(super) const fn track(machine: Machine) -> AxisDescription {
 const ARM_MOTOR: Motor = Motor {
     torque_constant_nm_a: 0.105,
     rotor_kg_m2: 1.5e-4,
+    gear_kg_m2: 0.0,
     load_kg_m2: 1.0e-4,
     viscous_nms_rad: 0.02,
     coulomb_nm: 0.02,
@@ -172,6 +178,7 @@ const ARM_MOTOR: Motor = Motor {
 const WRIST_MOTOR: Motor = Motor {
     torque_constant_nm_a: 0.105,
     rotor_kg_m2: 1.5e-5,
+    gear_kg_m2: 0.0,
     load_kg_m2: 3.0e-5,
     viscous_nms_rad: 2.0e-4,
     coulomb_nm: 0.01,
@@ -256,7 +263,11 @@ pub(super) const fn wrist_t_of(machine: Machine, upper_degrees: f64) -> AxisDesc
 
 pub(super) const fn wrist_v(machine: Machine) -> AxisDescription {
     AxisDescription {
-        motor: WRIST_MOTOR,
+        // bevels and the long shaft through the upper arm
+        motor: Motor {
+            gear_kg_m2: 2.4e-5,
+            ..WRIST_MOTOR
+        },
         motor_position: Range {
             lower: -80.0,
             upper: 490.0,

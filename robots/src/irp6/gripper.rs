@@ -87,6 +87,7 @@ const fn description(name: &'static str, long_name: &'static str) -> RobotDescri
             motor: Motor {
                 torque_constant_nm_a: 0.105,
                 rotor_kg_m2: 5.0e-7,
+                gear_kg_m2: 0.0,
                 load_kg_m2: 1.0e-7,
                 viscous_nms_rad: 2.0e-6,
                 coulomb_nm: 2.0e-4,

@@ -24,7 +24,9 @@ pub(super) const FLANGE_M: f64 = 0.043;
 /// Units of u at which the regulator saturates, as in MRROC++.
 const SATURATION: f64 = 190.0;
 
-/// What differs between the axes; all of it ASSUMED.
+/// What differs between the axes; all of it ASSUMED. Loads are between the inertia an axis has
+/// with the others held and the much smaller one it has with them free, so that loops of single axes are
+/// stable; peak torques do the planning accelerations with the arm stretched.
 struct Axis {
     name: &'static str,
     /// rad/s.
@@ -95,10 +97,12 @@ const fn axis(data: &Axis) -> AxisDescription {
         )]
         overcurrent_ma: peak_ma as u32,
         max_increments_per_step: 1000,
-        following_error_increments: 1000,
+        // 0.25 rad at rest: what a load dropped on the flange may do to drives without gears
+        following_error_increments: 4000,
         motor: Motor {
             torque_constant_nm_a: TORQUE_CONSTANT,
             rotor_kg_m2: data.rotor,
+            gear_kg_m2: 0.0,
             load_kg_m2: data.load,
             viscous_nms_rad: data.viscous,
             coulomb_nm: data.coulomb,
@@ -149,18 +153,18 @@ pub(super) static DESCRIPTION: RobotDescription<7> = RobotDescription {
     servo_step_us: 2000,
     macrostep: 10,
     axes: [
-        vertical("crank 1", 80.0, 0.9),
-        vertical("crank 2", 50.0, 0.35),
-        vertical("crank 3", 30.0, 0.15),
-        level("crank 4", 20.0, 0.12),
-        level("crank 5", 10.0, 0.04),
-        level("crank 6", 5.0, 0.01),
+        vertical("crank 1", 200.0, 0.6),
+        vertical("crank 2", 120.0, 0.2),
+        vertical("crank 3", 50.0, 0.08),
+        level("crank 4", 40.0, 0.08),
+        level("crank 5", 20.0, 0.025),
+        level("crank 6", 5.0, 0.0008),
         axis(&Axis {
             name: "roll",
             velocity: 12.0,
             peak_torque: 2.0,
             rotor: 0.001,
-            load: 0.002,
+            load: 0.0002,
             viscous: 0.005,
             coulomb: 0.01,
         }),

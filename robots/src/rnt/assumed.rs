@@ -63,7 +63,7 @@ pub(crate) const TORQUE_CONSTANT: f64 = 0.2;
 /// Inertia of a rotor, kg·m².
 pub(crate) const ROTOR_KG_M2: f64 = 3.0e-4;
 /// Load of a leg's motor, at its shaft, kg·m².
-pub(crate) const LEG_LOAD_KG_M2: f64 = 2.5e-5;
+pub(crate) const LEG_LOAD_KG_M2: f64 = 2.0e-4;
 /// Load of the motors of wrist 1 and 2, at their shafts, kg·m².
 pub(crate) const WRIST_LOAD_KG_M2: f64 = 2.7e-5;
 /// Load of the motor of wrist 3, at its shaft, kg·m².
@@ -73,7 +73,7 @@ pub(crate) const VISCOUS: f64 = 2.0e-3;
 /// Coulomb friction of a motor, N·m.
 pub(crate) const COULOMB_NM: f64 = 0.05;
 /// Greatest current of a motor, mA.
-pub(crate) const CURRENT_MA: f64 = 15_000.0;
+pub(crate) const CURRENT_MA: f64 = 25_000.0;
 /// Velocity off the switch and on to the index, rad/s.
 pub(crate) const HOMING_FINE: f64 = 1.5;
 /// Ω of the regulators' two fast poles, rad/s.

@@ -49,6 +49,7 @@ const fn motor(load_kg_m2: f64) -> Motor {
     Motor {
         torque_constant_nm_a: assumed::TORQUE_CONSTANT,
         rotor_kg_m2: assumed::ROTOR_KG_M2,
+        gear_kg_m2: 0.0,
         load_kg_m2,
         viscous_nms_rad: assumed::VISCOUS,
         coulomb_nm: assumed::COULOMB_NM,
@@ -120,7 +121,7 @@ const fn axis(name: &'static str, load_kg_m2: f64) -> AxisDescription {
         joint_velocity: assumed::WRIST_VELOCITY,
         joint_acceleration: assumed::WRIST_ACCELERATION,
         // a fifth above what the regulator may ask for
-        overcurrent_ma: 18_000,
+        overcurrent_ma: 30_000,
         // 382 a step at the greatest velocity
         max_increments_per_step: 1000,
         // 1.25 mm of a leg, 0.45° of the wrist

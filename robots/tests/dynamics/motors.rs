@@ -2,10 +2,11 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 use proptest::prelude::*;
-use robots::dynamics::{
-    IRP6_POSTUMENT, IRP6_TRACK, STANDARD_GRAVITY, Transmission, Wrench, joints_by_motors,
+use robots::dynamics::{IRP6_POSTUMENT, IRP6_TRACK, STANDARD_GRAVITY, Wrench, joints_by_motors};
+use robots::{
+    Irp6Postument, Irp6Track, Joints, KinematicError, MotorMotion, Quantity, Rnt, Robot, RobotKind,
+    RobotVisitor, TrackRule,
 };
-use robots::{Irp6Postument, Irp6Track, Joints, KinematicError, MotorMotion, Quantity, Robot};
 
 use super::{apart, numbers};
 
@@ -34,7 +35,7 @@ proptest! {
     #[test]
     fn the_transmission_is_the_derivative_of_the_joints(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), ddm in numbers::<7>(900.0)) {
         let q = posture(&unit);
-        let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
+        let transmission = Irp6Track::KEEP.transmission(&q).unwrap();
         let motors = Irp6Track::KEEP.motors(&q).unwrap();
         let motion = Irp6Track::KEEP
             .joint_motion(&MotorMotion { position: motors, velocity: dm, acceleration: ddm })
@@ -47,7 +48,7 @@ proptest! {
         let reflected = dense.transpose() * SVector::from(torques);
         prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-11);
         let m = IRP6_TRACK.at(&q).mass_matrix();
-        let rotors = SVector::from(Irp6Track::KEEP.description().axes.map(|axis| axis.motor.rotor_kg_m2));
+        let rotors = SVector::from(Irp6Track::KEEP.description().axes.map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2));
         let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
         // entries of 1e-4 kg·m²
         prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-16);
@@ -55,7 +56,7 @@ proptest! {
 
     #[test]
     fn motors_and_joints_give_the_same_power(unit in numbers::<7>(1.0), dm in numbers::<7>(200.0), torques in numbers::<7>(500.0)) {
-        let transmission = Transmission::at(Irp6Track::KEEP.description(), &posture(&unit)).unwrap();
+        let transmission = Irp6Track::KEEP.transmission(&posture(&unit)).unwrap();
         let at_joints = SVector::from(torques).dot(&SVector::from(transmission.joint_velocity(&dm)));
         let at_motors = SVector::from(transmission.motor_torques(&torques)).dot(&SVector::from(dm));
         // sums of 7 products up to 1 kW
@@ -66,7 +67,7 @@ proptest! {
     fn the_power_of_the_motors_is_the_change_of_the_energy(unit in numbers::<7>(1.0), dm in numbers::<7>(100.0), ddm in numbers::<7>(500.0)) {
         let q = posture(&unit);
         let motors = Irp6Track::KEEP.motors(&q).unwrap();
-        let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
+        let transmission = Irp6Track::KEEP.transmission(&q).unwrap();
         let torques = IRP6_TRACK.at(&q).motor_inverse_dynamics(
             &transmission, &dm, &ddm, &STANDARD_GRAVITY, &Wrench::NONE,
         );
@@ -82,7 +83,7 @@ proptest! {
             let joints = Irp6Track::KEEP.joint_motion(&motion).unwrap();
             let posture = IRP6_TRACK.at(&joints.position);
             let rotors: f64 = Irp6Track::KEEP.description().axes.iter().zip(velocity)
-                .map(|(axis, v)| 0.5 * axis.motor.rotor_kg_m2 * v * v).sum();
+                .map(|(axis, v)| 0.5 * (axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2) * v * v).sum();
             rotors + posture.kinetic_energy(&joints.velocity) + posture.potential_energy(&STANDARD_GRAVITY)
         };
         let h = 1e-4;
@@ -96,7 +97,7 @@ proptest! {
         let q = posture(&unit);
         let [_, arm @ ..] = q.0;
         let arm = Joints(arm);
-        let transmission = Transmission::at(Irp6Postument.description(), &arm).unwrap();
+        let transmission = Irp6Postument.transmission(&arm).unwrap();
         let (dm, ddm) = (*dm.first_chunk().unwrap(), *ddm.first_chunk().unwrap());
         let posture = IRP6_POSTUMENT.at(&arm);
         let torques = posture.motor_inverse_dynamics(&transmission, &dm, &ddm, &STANDARD_GRAVITY, &WRENCH);
@@ -110,7 +111,7 @@ proptest! {
 #[test]
 fn the_curvature_of_the_screws_is_felt() {
     let q = posture(&[0.0; 7]);
-    let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
+    let transmission = Irp6Track::KEEP.transmission(&q).unwrap();
     let mut dm = [0.0; 7];
     dm[2] = 100.0;
     let acceleration = transmission.joint_acceleration(&dm, &[0.0; 7]);
@@ -123,7 +124,7 @@ fn the_curvature_of_the_screws_is_felt() {
 #[test]
 fn the_parallelogram_keeps_moments_apart() {
     let q = posture(&[0.0; 7]);
-    let transmission = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap();
+    let transmission = Irp6Track::KEEP.transmission(&q).unwrap();
     // a pure moment about T's axis is felt by the joints of lower arm, upper arm and T alike
     let motors = transmission.motor_torques(&[0.0, 0.0, 10.0, 10.0, 10.0, 0.0, 0.0]);
     assert_eq!([motors[2], motors[3]].map(f64::to_bits), [0; 2]);
@@ -134,7 +135,7 @@ fn the_parallelogram_keeps_moments_apart() {
 fn beyond_a_dead_centre_there_is_no_transmission() {
     let mut q = posture(&[0.0; 7]);
     q.0[2] = 3.0;
-    let refused = Transmission::at(Irp6Track::KEEP.description(), &q).unwrap_err();
+    let refused = Irp6Track::KEEP.transmission(&q).unwrap_err();
     assert!(
         matches!(
             refused,
@@ -148,7 +149,99 @@ fn beyond_a_dead_centre_there_is_no_transmission() {
     );
     for wrong in [f64::NAN, f64::INFINITY] {
         q.0[2] = wrong;
-        let refused = Transmission::at(Irp6Track::KEEP.description(), &q);
+        let refused = Irp6Track::KEEP.transmission(&q);
         assert_eq!(refused, Err(KinematicError::NotFinite));
     }
+}
+
+/// The transmission of any robot is the derivative of its joints: every motor unit vector by
+/// [`Robot::joint_motion`], which the RNT computes through its legs.
+struct Derivative {
+    share: [f64; 8],
+    rates: [f64; 8],
+}
+
+impl RobotVisitor for Derivative {
+    type Output = Result<(), TestCaseError>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
+        let axes = robot.description().axes;
+        let q = Joints(core::array::from_fn(|k| {
+            let range = axes[k].joint_position;
+            let (low, high) = if range.lower.is_finite() {
+                (range.lower, range.upper)
+            } else {
+                (-4.0, 4.0)
+            };
+            low + (0.2 + 0.6 * self.share[k]) * (high - low)
+        }));
+        // tilts and reach may ask for legs the tripod does not have
+        let Ok(motors) = robot.motors(&q) else {
+            return Ok(());
+        };
+        let transmission = robot.transmission(&q).unwrap();
+        let velocity = core::array::from_fn(|k| 0.3 * axes[k].hard_limits.velocity * self.rates[k]);
+        let acceleration =
+            core::array::from_fn(|k| axes[k].hard_limits.acceleration * self.rates[(k + 3) % 8]);
+        let motion = robot
+            .joint_motion(&MotorMotion {
+                position: motors,
+                velocity,
+                acceleration,
+            })
+            .unwrap();
+        let size = 1.0
+            + motion
+                .velocity
+                .iter()
+                .chain(&motion.acceleration)
+                .fold(0.0, |a, b| a + b.abs());
+        // positions go through the motors and back, where the tripod is solved to 1e-12 m
+        prop_assert!(
+            apart(&transmission.joint_velocity(&velocity), &motion.velocity) < 1e-10 * size
+        );
+        let accelerations = transmission.joint_acceleration(&velocity, &acceleration);
+        prop_assert!(apart(&accelerations, &motion.acceleration) < 1e-9 * size);
+        let torques: [f64; N] = core::array::from_fn(|k| 100.0 * self.rates[k]);
+        let dense = joints_by_motors(&robot, &motors).unwrap();
+        let reflected = dense.transpose() * SVector::from(torques);
+        prop_assert!(apart(&transmission.motor_torques(&torques), reflected.as_slice()) < 1e-9);
+        if let Some(chain) = robot.chain() {
+            let m = chain.at(&q).mass_matrix();
+            let rotors =
+                SVector::from(axes.map(|axis| axis.motor.rotor_kg_m2 + axis.motor.gear_kg_m2));
+            let expected = dense.transpose() * m * dense + SMatrix::from_diagonal(&rotors);
+            // entries of up to 2 kg·m² on direct drives
+            prop_assert!((transmission.mass_matrix(&m) - expected).amax() < 1e-12);
+        }
+        Ok(())
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_transmission_of_every_robot_is_the_derivative_of_its_joints(
+        share in prop::array::uniform8(0.0..1.0f64),
+        rates in prop::array::uniform8(-1.0..1.0f64),
+    ) {
+        for kind in RobotKind::ALL {
+            kind.visit(TrackRule::Keep, Derivative { share, rates })?;
+        }
+    }
+}
+
+/// A vertical push at the middle of the RNT's platform is shared by the three screws: Σ F·∂r/∂L.
+#[test]
+fn the_legs_of_the_rnt_share_the_weight() {
+    let transmission = Rnt
+        .transmission(&Joints([0.0, 0.0, 1.1, 0.0, 1.0, 0.0]))
+        .unwrap();
+    let motors = transmission.motor_torques(&[0.0, 0.0, 90.0, 0.0, 0.0, 0.0]);
+    // a third each, by 10 mm a turn, along a leg that slants by 0.25 m on 1.1 m
+    let slant = 1.1 / (1.1_f64 * 1.1 + 0.25 * 0.25).sqrt();
+    let expected = 30.0 / slant * 0.010 / std::f64::consts::TAU;
+    for motor in &motors[..3] {
+        assert!((motor - expected).abs() < 1e-12, "{motors:?} {expected}");
+    }
+    assert_eq!(motors[3..], [0.0; 3]);
 }

@@ -11,7 +11,8 @@ use protocol::frame::Frame;
 use protocol::time::Micros;
 
 use crate::drive::parameters::MS;
-use crate::plant::gravity::{GravityModel, Weightless};
+use crate::plant::axis::{AxisPlant, Drive};
+use crate::plant::mechanics::{Apart, Mechanics};
 use crate::plant::parameters::{AxisSetup, RobotSetup, irp6_postument};
 use crate::plant::robot::{Sent, SimRobot};
 
@@ -20,9 +21,15 @@ pub(crate) const CYCLE_NS: u64 = 2 * MS;
 /// A constant weight.
 pub(crate) struct Weight(pub(crate) f64);
 
-impl GravityModel for Weight {
-    fn load_torque_nm(&self, _motor_rad: &[f64], load_nm: &mut [f64]) {
-        load_nm.fill(self.0);
+impl Mechanics for Weight {
+    fn axes(&self) -> Option<usize> {
+        None
+    }
+
+    fn step(&mut self, plants: &mut [AxisPlant], commands: &[Drive], _dt_s: f64) {
+        for (plant, command) in plants.iter_mut().zip(commands) {
+            plant.step(*command, self.0);
+        }
     }
 }
 
@@ -52,15 +59,15 @@ pub(crate) fn axis_setup(index: usize, start_rad: f64) -> AxisSetup {
 
 impl Bench {
     pub(crate) fn new(axis: &AxisSetup) -> Self {
-        Self::loaded(axis, Box::new(Weightless))
+        Self::loaded(axis, Box::new(Apart))
     }
 
-    pub(crate) fn loaded(axis: &AxisSetup, gravity: Box<dyn GravityModel + Send>) -> Self {
+    pub(crate) fn loaded(axis: &AxisSetup, mechanics: Box<dyn Mechanics>) -> Self {
         let node = NodeId::new(axis.node).unwrap();
         let robot = SimRobot::new(
             RobotSetup {
                 axes: vec![*axis],
-                gravity,
+                mechanics,
             },
             1,
         )

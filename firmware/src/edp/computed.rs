@@ -1,0 +1,247 @@
+//! Computed torque for cst: the whole arm's equation of motion, turned into motor currents.
+//!
+//! With M and h of the motors ([`robots::dynamics`]), m the angles of the motors, d the demand, e the difference,
+//!
+//! ```text
+//!   torque = M(m_d)·(m̈_d + Kv·ė + Kp·e + Ki·∫e dt) + h(m_d, ṁ_d) + friction(ṁ_d)
+//! ```
+//!
+//! so that, with a true model, every error obeys e''' + Kv·e'' + Kp·e' + Ki·e = 0, whatever the posture
+//! and however the axes are coupled (Luh, Walker and Paul 1980; Craig, "Introduction to Robotics", ch. 10).
+//! M·a + h is one pass of Newton and Euler: M itself is never formed.
+//!
+//! The model is taken at the set-point, not where the arm is measured to be: the set-point is smooth, known
+//! to the last bit and two steps younger than a measurement; h of a differentiated encoder would put its
+//! noise and the loop's delay into a term that is no part of the feedback the gains are designed for. What
+//! is lost is of the order of the following error, which the law makes small.
+//!
+//! Gains: the poles −ω, −ω, −ω/8, roughly, as those of [`super::servo::FeedForwardGains`]; ω = 0.18/Ts, which
+//! is 90 rad/s at servo steps of 2 ms and 180 rad/s at 1 ms: the loop's delay of one and a half steps then
+//! costs 15° of phase on any robot. With direct drives ω = 0.08/Ts = 40 rad/s: there encoders are the limit.
+//!
+//! Until all axes are homed no posture is known: then feed-forward closes the loops.
+
+use super::Edp;
+use crate::edp::axis::Axis;
+use motion::Setpoint;
+use protocol::canopen::cia402::PowerState;
+use protocol::message::ServoLaw;
+use robots::dynamics::{Chain, STANDARD_GRAVITY, Transmission, Wrench};
+use robots::{AxisDescription, Joints, KinematicError, Motors, Robot};
+
+/// ω·Ts.
+const BANDWIDTH_STEPS: f64 = 0.18;
+/// The same with direct drives: at 0.18 one increment of crank 1 of the Polycrank in one step would be
+/// 2ω/Ts·2π/increments·M = 40 N·m; at 0.08 it is less than half of that.
+const DIRECT_BANDWIDTH_STEPS: f64 = 0.08;
+/// The integral's pole is so much slower than the bandwidth.
+const INTEGRAL_RATIO: f64 = 8.0;
+/// Part of an axis' greatest velocity below which the compensation of dry friction fades out.
+const COULOMB_BLEND: f64 = 0.002;
+
+/// What the law needs of one motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MotorData {
+    /// N·m/A = mN·m/mA.
+    torque_constant: f64,
+    /// N·m·s/rad.
+    viscous: f64,
+    /// N·m.
+    coulomb: f64,
+    /// rad/s.
+    blend: f64,
+    /// N·m.
+    limit: f64,
+}
+
+/// The law of a whole robot, and its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ComputedTorque<const N: usize> {
+    chain: Chain<N>,
+    motors: [MotorData; N],
+    /// Kp, Kv, Ki: 1/s², 1/s, 1/s³.
+    gains: [f64; 3],
+    ts: f64,
+    /// ∫e dt, rad·s.
+    integral: [f64; N],
+    last_actual: Option<[f64; N]>,
+    /// It gave the torque of the last step.
+    running: bool,
+}
+
+/// One axis in one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Motor angle, rad.
+    pub angle: f64,
+    /// Motor current, mA.
+    pub current_ma: f64,
+    /// The drive follows: without that nothing is integrated.
+    pub follows: bool,
+}
+
+impl<const N: usize> ComputedTorque<N> {
+    /// For a robot whose servo step is `ts` seconds; `None` if it has no chain.
+    pub fn new<R: Robot<N>>(robot: &R, ts: f64) -> Option<Self> {
+        let direct = robot
+            .description()
+            .axes
+            .iter()
+            .any(AxisDescription::is_direct);
+        let steps = if direct {
+            DIRECT_BANDWIDTH_STEPS
+        } else {
+            BANDWIDTH_STEPS
+        };
+        let w = steps / ts;
+        Some(Self {
+            chain: robot.chain()?,
+            motors: robot.description().axes.each_ref().map(|axis| MotorData {
+                torque_constant: axis.motor.torque_constant_nm_a,
+                viscous: axis.motor.viscous_nms_rad,
+                coulomb: axis.motor.coulomb_nm,
+                blend: COULOMB_BLEND * axis.hard_limits.velocity,
+                limit: axis.current_regulator.limit_ma * 1e-3 * axis.motor.torque_constant_nm_a,
+            }),
+            gains: [w * w, 2.0 * w, w * w * w / INTEGRAL_RATIO],
+            ts,
+            integral: [0.0; N],
+            last_actual: None,
+            running: false,
+        })
+    }
+
+    /// Torque comes on: the model alone is to hold the arm.
+    pub const fn begin(&mut self) {
+        self.integral = [0.0; N];
+        self.last_actual = None;
+        self.running = true;
+    }
+
+    /// Another law closes the loops; what it gave last is where this one will go on.
+    pub const fn leave(&mut self) {
+        self.running = false;
+    }
+
+    fn transmission<R: Robot<N>>(
+        robot: &R,
+        motors: &[f64; N],
+    ) -> Result<(Joints<N>, Transmission<N>), KinematicError> {
+        let joints = robot.joints(&Motors(*motors))?;
+        Ok((joints, robot.transmission(&joints)?))
+    }
+
+    /// One servo step: the motors' currents, mA. The integral of an axis stops while its current is
+    /// saturated. The first step after another law, which is to be at rest, gives the currents measured.
+    ///
+    /// # Errors
+    /// As [`Robot::joints`] and [`Robot::transmission`] of the demand: nothing inside its limits.
+    pub fn step<R: Robot<N>>(
+        &mut self,
+        robot: &R,
+        demand: &Setpoint<N>,
+        measured: &[Measured; N],
+    ) -> Result<[f64; N], KinematicError> {
+        let (joints, transmission) = Self::transmission(robot, &demand.position)?;
+        let posture = self.chain.at(&joints);
+        let [kp, kv, ki] = self.gains;
+        let actual = measured.each_ref().map(|axis| axis.angle);
+        let mut errors = demand.position;
+        for (error, actual) in errors.iter_mut().zip(actual) {
+            *error -= actual;
+        }
+        if !self.running {
+            let mut torques = measured.each_ref().map(|axis| axis.current_ma * 1e-3);
+            for (torque, motor) in torques.iter_mut().zip(&self.motors) {
+                *torque *= motor.torque_constant;
+            }
+            let held = posture.motor_forward_dynamics(
+                &transmission,
+                &demand.velocity,
+                &torques,
+                &STANDARD_GRAVITY,
+                &Wrench::NONE,
+            );
+            for ((integral, held), error) in self.integral.iter_mut().zip(held).zip(errors) {
+                *integral = (held - kp * error) / ki;
+            }
+            self.last_actual = None;
+            self.running = true;
+        }
+        let last = self.last_actual.replace(actual).unwrap_or(actual);
+        let mut wanted = demand.acceleration;
+        let rates = demand.velocity.iter().zip(actual).zip(last);
+        for (((wanted, ((demanded, now), last)), error), integral) in
+            wanted.iter_mut().zip(rates).zip(errors).zip(self.integral)
+        {
+            let rate = demanded - (now - last) / self.ts;
+            *wanted += kv * rate + kp * error + ki * integral;
+        }
+        let mut currents = posture.motor_inverse_dynamics(
+            &transmission,
+            &demand.velocity,
+            &wanted,
+            &STANDARD_GRAVITY,
+            &Wrench::NONE,
+        );
+        let states = self.integral.iter_mut().zip(errors).zip(measured);
+        for (((current, motor), velocity), ((integral, error), measured)) in currents
+            .iter_mut()
+            .zip(&self.motors)
+            .zip(demand.velocity)
+            .zip(states)
+        {
+            let direction = velocity / (libm::fabs(velocity) + motor.blend);
+            let torque = *current + motor.viscous * velocity + motor.coulomb * direction;
+            let bounded = if torque > motor.limit {
+                motor.limit
+            } else if torque < -motor.limit {
+                -motor.limit
+            } else {
+                if measured.follows {
+                    *integral += error * self.ts;
+                }
+                torque
+            };
+            *current = 1000.0 * bounded / motor.torque_constant;
+        }
+        Ok(currents)
+    }
+}
+
+impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
+    /// Is this law one this robot has?
+    pub(super) const fn has(&self, law: ServoLaw) -> bool {
+        match law {
+            ServoLaw::ComputedTorque => self.computed.is_some(),
+            ServoLaw::DrivePosition | ServoLaw::Original | ServoLaw::FeedForward => true,
+        }
+    }
+
+    /// Currents, mA, of the robot's computed torques, where that law is in force and can be.
+    pub(super) fn computed_currents(&mut self, demand: &Setpoint<N>) -> Option<[f64; N]> {
+        let in_force = |axis: &Axis| axis.law() == ServoLaw::ComputedTorque;
+        let chosen = self.mode.torque() && self.homed() && self.axes.iter().any(in_force);
+        let measured = core::array::from_fn(|k| Measured {
+            angle: self.axes.get(k).map_or(0.0, Axis::actual_rad),
+            current_ma: self.current_ma(k),
+            follows: self
+                .drives
+                .links()
+                .get(k)
+                .map(super::drives::DriveLink::state)
+                == Some(Some(PowerState::OperationEnabled)),
+        });
+        let computed = self.computed.as_mut()?;
+        let currents = chosen
+            .then(|| computed.step(&self.robot, demand, &measured).ok())
+            .flatten();
+        if currents.is_none() {
+            computed.leave();
+        }
+        currents
+    }
+}
+
+#[cfg(test)]
+mod test;
