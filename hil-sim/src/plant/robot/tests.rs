@@ -1,6 +1,6 @@
 use protocol::canopen::node::frame;
 
-use super::super::axis::AxisPlant;
+use super::super::axis::{AxisPlant, Drive};
 use super::super::parameters::{irp6_postument, irp6_track};
 use super::*;
 
