@@ -6,7 +6,7 @@
 //!   torque = M(m_d)·(m̈_d + Kv·ė + Kp·e + Ki·∫e dt) + h(m_d, ṁ_d) + friction(ṁ_d)
 //! ```
 //!
-//! with e = m_d − m. With a true model every error then obeys e''' + Kv·e'' + Kp·e' + Ki·e = 0, whatever the posture
+//! with e = `m_d` − m. With a true model every error then obeys e''' + Kv·e'' + Kp·e' + Ki·e = 0, whatever the posture
 //! and however the axes are coupled (Luh, Walker and Paul 1980; Craig, "Introduction to Robotics", ch. 10).
 //! M·a + h is one pass of Newton and Euler: M itself is never formed.
 //!
