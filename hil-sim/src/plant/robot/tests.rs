@@ -113,7 +113,7 @@ fn halving_the_substep_changes_a_move_little() {
         let dt = substep_ns as f64 * 1e-9;
         let mut plant = AxisPlant::new(setup.plant, 5.0, dt, SplitMix64::new(1));
         for _ in 0..200_000_000 / substep_ns {
-            let command = super::super::axis::Drive {
+            let command = Drive {
                 torque_nm: 0.4,
                 release_brake: true,
             };
