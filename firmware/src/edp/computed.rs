@@ -1,12 +1,12 @@
 //! Computed torque for cst: the whole arm's equation of motion, turned into motor currents.
 //!
-//! With M and h of the motors ([`robots::dynamics`]), m the angles of the motors, d the demand, e the difference,
+//! With M and h of the motors ([`robots::dynamics`]), m the angles of the motors, d the demand, and e what is left,
 //!
 //! ```text
 //!   torque = M(m_d)·(m̈_d + Kv·ė + Kp·e + Ki·∫e dt) + h(m_d, ṁ_d) + friction(ṁ_d)
 //! ```
 //!
-//! so that, with a true model, every error obeys e''' + Kv·e'' + Kp·e' + Ki·e = 0, whatever the posture
+//! with e = `m_d` − m. With a true model every error then obeys e''' + Kv·e'' + Kp·e' + Ki·e = 0, whatever the posture
 //! and however the axes are coupled (Luh, Walker and Paul 1980; Craig, "Introduction to Robotics", ch. 10).
 //! M·a + h is one pass of Newton and Euler: M itself is never formed.
 //!

@@ -143,12 +143,11 @@ fn with_contacts<const N: usize>(
     let mut free = [0; N];
     let mut count = 0;
     for k in 0..N {
-        match contacts[k].fixed(&restraints[k]) {
-            Some(known) => v[k] = known,
-            None => {
-                free[count] = k;
-                count += 1;
-            }
+        if let Some(known) = contacts[k].fixed(&restraints[k]) {
+            v[k] = known;
+        } else {
+            free[count] = k;
+            count += 1;
         }
     }
     let free = &free[..count];
@@ -160,8 +159,8 @@ fn with_contacts<const N: usize>(
         let mut diagonal = a[row][row];
         for (j, &column) in free.iter().enumerate().take(i) {
             let mut entry = a[row][column];
-            for k in 0..j {
-                entry -= l[i][k] * l[j][k] * l[k][k];
+            for (k, pivot) in l.iter().enumerate().take(j) {
+                entry -= l[i][k] * l[j][k] * pivot[k];
             }
             let ratio = entry / l[j][j];
             l[i][j] = ratio;

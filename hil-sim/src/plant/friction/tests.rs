@@ -10,7 +10,7 @@ fn objective(a: &[[f64; 4]; 4], b: &[f64; 4], r: &[Restraint; 4], v: &[f64; 4]) 
     sum
 }
 
-/// GᵀG + 0.05: as badly conditioned as a stretched direct-drive arm.
+/// `GᵀG` + 0.05: as badly conditioned as a stretched direct-drive arm.
 fn matrix(g: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
     core::array::from_fn(|i| {
         core::array::from_fn(|j| {

@@ -100,8 +100,9 @@ fn drift(dt_s: f64, refresh_substeps: u32) -> f64 {
     for _ in 0..200 {
         arm.run(0.01, &[OPEN; 7]);
         let [moving, potential] = arm.energy();
-        worst = worst.max((moving + potential - begin).abs());
-        kinetic = kinetic.max(moving);
+        let off = (moving + potential - begin).abs();
+        worst = if off > worst { off } else { worst };
+        kinetic = if moving > kinetic { moving } else { kinetic };
     }
     worst / kinetic
 }
@@ -188,7 +189,8 @@ fn a_brake_that_opens_before_there_is_torque_lets_the_arm_droop() {
     let mut arm = postument(|p| p.coulomb_nm = 0.0);
     let start = arm.motion().position.0;
     arm.run(0.5, &[Drive::default(); 6]);
-    assert_eq!(arm.motion().position.0, start, "the brakes hold");
+    let held = arm.motion().position.0.map(f64::to_bits);
+    assert_eq!(held, start.map(f64::to_bits), "the brakes hold");
     // 20 ms to open, 30 ms without torque
     arm.run(0.05, &[OPEN; 6]);
     let fallen: [f64; 6] = core::array::from_fn(|k| arm.motion().position.0[k] - start[k]);
