@@ -7,6 +7,8 @@
 //! The age of feedback is one cycle, constantly. [`Node::step`] is called whenever
 //! [`Node::next_wake`] has come, or earlier with frames that have arrived; it decides what is due.
 
+mod report;
+
 use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS};
 use crate::config::{ConfigError, NodeConfig};
 use crate::ecp::{Ecp, NoPrograms, Outcome, Programs, Sensors};
@@ -17,22 +19,19 @@ use crate::session::Session;
 use crate::vsp::EffortSensor;
 use agent::Vsp;
 use protocol::clock::{Clock, Quality};
-use protocol::cyphal::{Heartbeat, NodeInfo};
+use protocol::cyphal::NodeInfo;
 use protocol::fault::{Cause, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Incoming, Message, Role};
 use protocol::message::{
-    Command, DemandTrace, Event, Feedback, Identity, NodeState, Reply, Request, ServoLaw, StopKind,
-    TimeSync,
+    Command, Event, Identity, NodeState, Reply, Request, ServoLaw, StopKind, TimeSync,
 };
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
 use protocol::transfer::TransferId;
 use robots::Robot;
 
-/// Feedback to the MP every so many servo steps: 10 ms at 2 ms.
-const FEEDBACK_STEPS: u32 = 5;
 /// With torque on, at rest and nobody in command, torque goes off after this time.
 const HOLD_TIMEOUT: Micros = Micros::from_millis(30_000);
 /// A start time may lie this far ahead at most.
@@ -528,88 +527,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             None => Ok(()),
         }
     }
-
-    /// Telemetry: what has happened, how things stand.
-    fn report(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
-        self.collect_events();
-        if let Some(event) = self.events.pop_front() {
-            let _ = self.link.send_event(&event, &mut mp(tx));
-        }
-        let step = self.edp.servo_step();
-        if self.trace_every > 0 && step.is_multiple_of(u32::from(self.trace_every)) {
-            let mut demand = protocol::units::PerAxis::new();
-            for axis in self.edp.axes() {
-                let _ = demand.push(axis.latest_demand_from_zero());
-            }
-            let _ = self
-                .link
-                .send_demand_trace(&DemandTrace { step, demand }, &mut mp(tx));
-        }
-        if step.is_multiple_of(FEEDBACK_STEPS) {
-            let feedback = self.feedback(now);
-            let _ = self.link.send_feedback(&feedback, &mut mp(tx));
-        }
-        let state = self.state();
-        self.link.poll_heartbeat(
-            now,
-            |uptime_s| Heartbeat::of_node(uptime_s, state),
-            &mut mp(tx),
-        );
-    }
-
-    fn collect_events(&mut self) {
-        // A full queue loses the newest event: the state itself is in every feedback.
-        if !self.announced {
-            self.announced = true;
-            let _ = self.events.push_back(Event::Announce(self.identity()));
-        }
-        if let Some(axis) = self.edp.take_configured() {
-            let _ = self.events.push_back(Event::DriveReady { axis });
-        }
-        if let Some(progress) = self.edp.take_homing_progress() {
-            let _ = self.events.push_back(Event::Homing {
-                axis: progress.axis,
-                phase: progress.phase,
-            });
-        }
-        if let Some(fault) = self.edp.take_new_fault() {
-            let _ = self.events.push_back(Event::Fault(fault));
-        }
-    }
-
-    fn feedback(&mut self, now: Micros) -> Feedback {
-        let (instruction, progress) = self.ecp.progress();
-        let mut feedback = Feedback {
-            step: self.edp.servo_step(),
-            sampled_at: self.clock.to_bus(self.sampled_at),
-            state: self.state(),
-            fault: self.edp.mode().fault(),
-            synchronised: 0,
-            epoch: self.session.epoch(),
-            instruction,
-            progress,
-            horizon_us: u32::try_from(self.edp.horizon_us(now)).unwrap_or(u32::MAX),
-            actual: protocol::units::PerAxis::new(),
-            demand: protocol::units::PerAxis::new(),
-            current_ma: protocol::units::PerAxis::new(),
-            following_error: protocol::units::PerAxis::new(),
-            limit_violations: self.edp.violations(),
-            acceleration_step: self.edp.take_acceleration_step(),
-            lost: self.session.lost(),
-        };
-        let currents = self.edp.currents_ma();
-        let errors = self.edp.take_following_errors();
-        for (k, ((axis, ma), error)) in self.edp.axes().iter().zip(currents).zip(errors).enumerate()
-        {
-            feedback.synchronised |= u8::from(axis.homed) << (k & 7);
-            // N ≤ MAX_AXES: the pushes cannot fail
-            let _ = feedback.actual.push(axis.actual_from_zero());
-            let _ = feedback.demand.push(axis.demand_from_zero());
-            let _ = feedback.current_ma.push(milliamps(ma));
-            let _ = feedback.following_error.push(error);
-        }
-        feedback
-    }
 }
 
 /// Firmware version: major, minor, patch.
@@ -618,9 +535,4 @@ pub const FIRMWARE_VERSION: (u8, u8, u8) = (0, 1, 0);
 /// Only the MP's port.
 fn mp(tx: &mut impl FnMut(Port, Frame)) -> impl FnMut(Frame) {
     move |frame| tx(Port::Mp, frame)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the conversion saturates")]
-fn milliamps(ma: f64) -> i16 {
-    libm::round(ma) as i16
 }

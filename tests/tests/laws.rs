@@ -98,7 +98,7 @@ impl Course {
     }
 
     /// Another law; how far any motor turns in the second after it, rad.
-    fn select(&self, c: &mut Coordinator, law: ServoLaw) -> f64 {
+    fn select(c: &mut Coordinator, law: ServoLaw) -> f64 {
         let motors = |c: &Coordinator| c.cell.robots().next().unwrap().1.motor_rad().to_vec();
         let before = motors(c);
         c.accepted(|epoch| Request::SelectServo { epoch, law });
@@ -117,7 +117,7 @@ impl Course {
     fn compared(&self) -> [[f64; 2]; 3] {
         let mut c = self.begun();
         let rows = LAWS.map(|law| {
-            let jump = self.select(&mut c, law);
+            let jump = Self::select(&mut c, law);
             let there = self.go(&mut c, self.to);
             let back = self.go(&mut c, self.from);
             let worst = if there > back { there } else { back };
@@ -128,7 +128,7 @@ impl Course {
             [worst, jump]
         });
         // the drives' own loops take over again
-        let jump = self.select(&mut c, ServoLaw::DrivePosition);
+        let jump = Self::select(&mut c, ServoLaw::DrivePosition);
         println!("{:15} DrivePosition: jump {jump:.6} rad", self.kind.name());
         self.go(&mut c, self.to);
         assert_eq!(c.feedback().fault, None, "{}", self.kind);
@@ -157,7 +157,7 @@ fn computed_torque_lags_behind_least() {
 fn computed_torque_bears_a_load_nobody_told_it_of() {
     for (course, kg) in [(POLYCRANK, 0.5), (POSTUMENT, 2.0), (TRACK, 2.0)] {
         let mut c = course.begun();
-        course.select(&mut c, ServoLaw::ComputedTorque);
+        Course::select(&mut c, ServoLaw::ComputedTorque);
         let empty = course.go(&mut c, course.to);
         let shape = Shape::Box {
             centre: [0.0, 0.0, 0.05],

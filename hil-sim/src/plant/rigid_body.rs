@@ -8,7 +8,7 @@
 //!
 //! # Integration
 //!
-//! Geometry is taken anew every [`REFRESH_SUBSTEPS`] substeps (1 ms): M and h, in the middle of the time
+//! Geometry is taken anew every `REFRESH_SUBSTEPS` substeps (1 ms): M and h, in the middle of the time
 //! they are used for, where position and velocity are foretold from those at its beginning and the mean
 //! acceleration before: the explicit midpoint rule. In a substep the velocity comes from
 //!
@@ -16,7 +16,7 @@
 //!   M·(v⁺ − v) = dt·(torque − h − viscous·v⁺) − friction and stops
 //! ```
 //!
-//! all friction implicit ([`super::friction`]), and the angle from the mean of v and v⁺. Without friction
+//! all friction implicit (`plant::friction`), and the angle from the mean of v and v⁺. Without friction
 //! this is of second order; `tests.rs` measures the drift of the energy, and the error of the refresh.
 //!
 //! Where the motors stand where no posture of the links belongs to them (a screw beyond its dead centre,

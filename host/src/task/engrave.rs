@@ -11,7 +11,7 @@
 
 use super::board::{Board, t_board_tool_rotation};
 use super::cell::Cell;
-use super::document::{Document, Value};
+use super::document::{Document, Fields, Value};
 use super::path::{MOST_SPEED, speeds};
 use super::step::robot;
 use crate::cad::place::{Placement, ZRule};
@@ -85,6 +85,52 @@ pub(super) fn read(
             "none",
         ));
     };
+    let (options, acceleration) = options(&fields, &board)?;
+    let file_value = fields.required("file")?;
+    let file = document.resolve(file_value.text()?);
+    let program = Program::open(&file, &options).map_err(|error| match error {
+        LoadError::Data(error) => error,
+        LoadError::Input(error) => file_value.error(
+            Problem::Unreadable,
+            "cannot read the program",
+            "a .ngc, .nc, .gcode, .tap, .dxf or .svg file",
+            error.to_string(),
+        ),
+    })?;
+    let [_, _, lowest] = program.summary().on_board.least_m;
+    if -lowest > board.thickness_m {
+        return Err(file_value.error(
+            Problem::OutOfRange,
+            "cuts deeper than the board is thick",
+            format!("at most {} m, see depth_m and surface_m", board.thickness_m),
+            format!("{:.4} m", -lowest),
+        ));
+    }
+    let on_path = |marks| on_path(cell, robot, &options, acceleration, &file, marks);
+    let mut sections = sections(&program, &board, &file)?
+        .into_iter()
+        .map(|part| match part {
+            Part::Path(marks) => Section::Path(on_path(marks)),
+            Part::Spindle(on) => Section::Spindle(on),
+            Part::Dwell(seconds) => Section::Dwell(seconds),
+        })
+        .collect::<Vec<_>>();
+    if Format::of(&file) != Some(Format::Gcode) {
+        // a drawing says nothing of a spindle
+        sections.insert(0, Section::Spindle(true));
+    }
+    if !matches!(sections.last(), Some(Section::Spindle(false))) {
+        sections.push(Section::Spindle(false));
+    }
+    Ok(Engrave {
+        robot,
+        sections: spun_up(sections),
+        summary: Arc::new(program.summary().clone()),
+    })
+}
+
+/// How the program is read and placed, and the acceleration along its paths, m/s².
+fn options(fields: &Fields<'_, '_>, board: &Board) -> Result<(Options, f64), DataError> {
     let number = |key, default: f64, least: f64, most: f64| match fields.optional(key) {
         Some(value) => value.number(&format!("{least} to {most}"), |x| {
             (least..=most).contains(&x)
@@ -118,66 +164,33 @@ pub(super) fn read(
         },
     };
     let acceleration = number("acceleration_m_s2", ACCELERATIONS[0], 1e-3, MOST_SPEED)?;
-    let file_value = fields.required("file")?;
-    let file = document.resolve(file_value.text()?);
-    let program = Program::open(&file, &options).map_err(|error| match error {
-        LoadError::Data(error) => error,
-        LoadError::Input(error) => file_value.error(
-            Problem::Unreadable,
-            "cannot read the program",
-            "a .ngc, .nc, .gcode, .tap, .dxf or .svg file",
-            error.to_string(),
-        ),
-    })?;
-    let [_, _, lowest] = program.summary().on_board.least_m;
-    if -lowest > board.thickness_m {
-        return Err(file_value.error(
-            Problem::OutOfRange,
-            "cuts deeper than the board is thick",
-            format!("at most {} m, see depth_m and surface_m", board.thickness_m),
-            format!("{:.4} m", -lowest),
-        ));
-    }
+    Ok((options, acceleration))
+}
+
+/// A path as fast as asked, or as the robot's node takes it.
+fn on_path(
+    cell: &Cell,
+    robot: usize,
+    options: &Options,
+    acceleration: f64,
+    file: &Path,
+    marks: Vec<Mark>,
+) -> PathStep {
     let [v, a] = cartesian(cell, robot);
     let most = |asked: f64, limit: f64| if asked < limit { asked } else { limit };
-    let fast = speeds([
-        most(options.rapid_m_s, v),
-        most(ANGULAR, v),
-        most(acceleration, a),
-        most(ACCELERATIONS[1], a),
-    ]);
-    let on_path = |marks| PathStep {
-        speeds: fast,
-        ..PathStep::new(
-            robot,
-            ToolPath {
-                file: Some(file.clone()),
-                marks,
-            },
-            Reference::Base,
-            None,
-        )
+    let path = ToolPath {
+        file: Some(file.to_path_buf()),
+        marks,
     };
-    let mut sections = sections(&program, &board, &file)?
-        .into_iter()
-        .map(|part| match part {
-            Part::Path(marks) => Section::Path(on_path(marks)),
-            Part::Spindle(on) => Section::Spindle(on),
-            Part::Dwell(seconds) => Section::Dwell(seconds),
-        })
-        .collect::<Vec<_>>();
-    if Format::of(&file) != Some(Format::Gcode) {
-        // a drawing says nothing of a spindle
-        sections.insert(0, Section::Spindle(true));
+    PathStep {
+        speeds: speeds([
+            most(options.rapid_m_s, v),
+            most(ANGULAR, v),
+            most(acceleration, a),
+            most(ACCELERATIONS[1], a),
+        ]),
+        ..PathStep::new(robot, path, Reference::Base, None)
     }
-    if !matches!(sections.last(), Some(Section::Spindle(false))) {
-        sections.push(Section::Spindle(false));
-    }
-    Ok(Engrave {
-        robot,
-        sections: spun_up(sections),
-        summary: Arc::new(program.summary().clone()),
-    })
 }
 
 /// What a node takes for its tool's velocity and acceleration, m/s and m/s², and in rad alike.

@@ -238,7 +238,7 @@ fn the_legs_of_the_rnt_share_the_weight() {
         .unwrap();
     let motors = transmission.motor_torques(&[0.0, 0.0, 90.0, 0.0, 0.0, 0.0]);
     // a third each, by 10 mm a turn, along a leg that slants by 0.25 m on 1.1 m
-    let slant = 1.1 / (1.1_f64 * 1.1 + 0.25 * 0.25).sqrt();
+    let slant = 1.1 / libm::sqrt(1.1 * 1.1 + 0.25 * 0.25);
     let expected = 30.0 / slant * 0.010 / std::f64::consts::TAU;
     for motor in &motors[..3] {
         assert!((motor - expected).abs() < 1e-12, "{motors:?} {expected}");

@@ -139,7 +139,7 @@ fn wrong_use_says_what_was_expected() {
     assert_eq!(
         error.to_string(),
         "unknown robot \"irp7\"; known: irp6-track, irp6-postument, polycrank, irp6-arm, conveyor, \
-         irp6-track-gripper, irp6-postument-gripper"
+         irp6-track-gripper, irp6-postument-gripper, rnt"
     );
     for (arguments, text) in [
         (
