@@ -1,4 +1,4 @@
-//! Under construction.
+//! The Master Process `C_0`, tasks and their plans, paths from files and drawings, summaries and plots.
 #![forbid(unsafe_code)]
 
 pub mod cad;

@@ -165,7 +165,7 @@ fn numbers_on_the_wire_are_those_of_the_kinds() {
     assert_eq!(nodes(&[Irp6Postument, Irp6Track]), [12, 11]);
     assert_eq!(
         nodes(&[Irp6Postument, Irp6Postument, Irp6Track]),
-        [12, 18, 11]
+        [12, 19, 11]
     );
 }
 

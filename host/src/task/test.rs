@@ -213,11 +213,11 @@ fn every_mistake_in_a_step_has_its_place() {
     let cases = [
         (
             "",
-            "0:1: error: a step that says nothing (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path` or `regulator`, got none)",
+            "0:1: error: a step that says nothing (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path`, `engrave` or `regulator`, got none)",
         ),
         (
             "hme = []",
-            "1:1: error: unknown key in a step (expected `name`, `home`, `trj`, `coordination`, `move`, `wait`, `tight`, `path` or `regulator`, got `hme`)",
+            "1:1: error: unknown key in a step (expected `name`, `home`, `trj`, `coordination`, `move`, `wait`, `tight`, `path`, `engrave` or `regulator`, got `hme`)",
         ),
         (
             "home = []",
@@ -237,7 +237,7 @@ fn every_mistake_in_a_step_has_its_place() {
         ),
         (
             "wait = { seconds = 1 }\nhome = [\"irp6-track\"]",
-            "1:8: error: a step that says two things (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path` or `regulator`, got `home` and `wait`)",
+            "1:8: error: a step that says two things (expected exactly one of `home`, `trj`, `move`, `wait`, `tight`, `path`, `engrave` or `regulator`, got `home` and `wait`)",
         ),
         (
             "wait = { seconds = 0 }",
@@ -293,7 +293,7 @@ fn every_mistake_in_a_step_has_its_place() {
         ),
         (
             "regulator = { robot = \"irp6-track\", law = \"pid\" }",
-            "1:43: error: unknown servo law (expected `drive-position`, `original` or `feed-forward`, got `pid`)",
+            "1:43: error: unknown servo law (expected `drive-position`, `original`, `feed-forward` or `computed-torque`, got `pid`)",
         ),
         (
             "trj = {}",
@@ -353,7 +353,7 @@ fn every_mistake_elsewhere_has_its_place() {
         (
             format!("title = \"a\"\n[[cell.robot]]\nkind = \"irb\"\n{step}"),
             "3:8: error: unknown kind of robot (expected `irp6-track`, `irp6-postument`, `polycrank`, `irp6-arm`, \
-             `conveyor`, `irp6-track-gripper` or `irp6-postument-gripper`, got `irb`)",
+             `conveyor`, `irp6-track-gripper`, `irp6-postument-gripper` or `rnt`, got `irb`)",
         ),
         (
             format!("title = \"a\"\n{robot}velocity_factor = 0\n{step}"),
