@@ -59,7 +59,7 @@ const COARSE: f64 = 0.25;
 
 /// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
 /// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral) /
-/// (position·integral) = 32; with a quarter of it the velocity loop closes at 480 1/s.
+/// (position·integral) = 17; with a quarter of it the velocity loop closes at 800 1/s.
 const DIRECT_POSITION: f64 = 30.0;
 const DIRECT_VELOCITY: f64 = 200.0;
 const DIRECT_INTEGRAL: f64 = 20.0;
