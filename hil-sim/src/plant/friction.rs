@@ -16,7 +16,7 @@
 //! Found by an active set: every axis is taken to slide one way, to stick or to be at a stop, the rest is a
 //! system of linear equations, and axes that contradict what they were taken for change. What they were
 //! in the last substep is nearly always right. Where that does not end in [`ROUNDS`], [`SWEEPS`] rounds of
-//! coordinate descent follow, which can only get nearer.
+//! coordinate descent follow, which can only get nearer, and the active set once more.
 
 /// Rounds of the active set; two are the most in ordinary motion.
 const ROUNDS: u32 = 16;
@@ -96,20 +96,10 @@ pub(crate) fn velocities<const N: usize>(
     restraints: &[Restraint; N],
     contacts: &mut [Contact; N],
 ) -> [f64; N] {
-    let mut v = [0.0; N];
-    for _ in 0..ROUNDS {
-        v = with_contacts(a, b, restraints, contacts);
-        let mut settled = true;
-        for k in 0..N {
-            let rest = b[k] - dot(&a[k], &v);
-            let corrected = contacts[k].corrected(v[k], rest, &restraints[k]);
-            settled &= corrected == contacts[k];
-            contacts[k] = corrected;
-        }
-        if settled {
-            return v;
-        }
-    }
+    let mut v = match settled(a, b, restraints, contacts) {
+        Ok(v) => return v,
+        Err(v) => v,
+    };
     descend(a, b, restraints, &mut v);
     for ((contact, v), r) in contacts.iter_mut().zip(v).zip(restraints) {
         *contact = if v >= r.high && v > 0.0 {
@@ -124,7 +114,37 @@ pub(crate) fn velocities<const N: usize>(
             Contact::Stuck
         };
     }
-    v
+    // from so near it nearly always ends; what it found is exact then
+    let mut near = *contacts;
+    settled(a, b, restraints, &mut near).map_or(v, |exact| {
+        *contacts = near;
+        exact
+    })
+}
+
+/// The velocities once no axis contradicts what it was taken for; the last ones if that is not so in
+/// [`ROUNDS`].
+fn settled<const N: usize>(
+    a: &[[f64; N]; N],
+    b: &[f64; N],
+    restraints: &[Restraint; N],
+    contacts: &mut [Contact; N],
+) -> Result<[f64; N], [f64; N]> {
+    let mut v = [0.0; N];
+    for _ in 0..ROUNDS {
+        v = with_contacts(a, b, restraints, contacts);
+        let mut settled = true;
+        for k in 0..N {
+            let rest = b[k] - dot(&a[k], &v);
+            let corrected = contacts[k].corrected(v[k], rest, &restraints[k]);
+            settled &= corrected == contacts[k];
+            contacts[k] = corrected;
+        }
+        if settled {
+            return Ok(v);
+        }
+    }
+    Err(v)
 }
 
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {

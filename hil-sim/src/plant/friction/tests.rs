@@ -58,10 +58,11 @@ proptest! {
             // sums of some ten products of order 1
             prop_assert!(objective(&a, &b, &r, &other) >= least - 1e-13);
         }
-        // once more from what it found: the same, but for rounding in another order
+        // once more from what it found: the same; where only descent came to an end, values within 1e-13 of the
+        // least leave velocities within √(2·1e-13/0.05) = 2e-6, since 0.05 is the least eigenvalue
         let again = velocities(&a, &b, &r, &mut contacts);
         for k in 0..4 {
-            prop_assert!((again[k] - v[k]).abs() < 1e-12);
+            prop_assert!((again[k] - v[k]).abs() < 4e-6);
         }
     }
 
