@@ -4,7 +4,7 @@ use super::brake::Brake;
 use super::check::turning_points;
 use super::earliest::{Arrival, Between};
 use super::farthest::{Farthest, Task};
-use super::gain::{Change, Pulse};
+use super::gain::{Change, Paused, Pulse};
 use super::rest::RestToRest;
 use super::{Boundary, Phase, State};
 use crate::scalar::{SIXTH, larger, smaller, within};
@@ -243,9 +243,7 @@ impl Phases {
 impl Pen<'_> {
     /// The brake, and then a motion between two extremal ones.
     pub(super) fn arrive(&mut self, brake: &Brake, arrival: &Arrival, between: &Between) {
-        let [first, second] = brake.times;
-        self.draw(first, brake.jerk, self.a, None);
-        self.draw(second, 0.0, self.a, None);
+        self.brake(brake);
         let (up, down) = (&arrival.up.task, &arrival.down.task);
         match between {
             Between::Farthest(far) => self.follow(&shape(far, up, 1.0)),
@@ -273,9 +271,25 @@ impl Pen<'_> {
 
     /// A change of velocity; the motion ends wherever that leads.
     pub(super) fn gain(&mut self, brake: &Brake, change: &Change) {
+        self.brake(brake);
+        self.change(change);
+    }
+
+    /// The same, with a pause of so much time.
+    pub(super) fn gain_after(&mut self, brake: &Brake, paused: &Paused, pause: f64) {
+        self.brake(brake);
+        self.draw(paused.lasts, paused.jerk, self.a, None);
+        self.draw(pause, 0.0, 0.0, None);
+        self.change(&paused.change);
+    }
+
+    fn brake(&mut self, brake: &Brake) {
         let [first, second] = brake.times;
         self.draw(first, brake.jerk, self.a, None);
         self.draw(second, 0.0, self.a, None);
+    }
+
+    fn change(&mut self, change: &Change) {
         let share = change.share;
         let (rising, falling) = (pulse(&change.rising, 1.0), pulse(&change.falling, -1.0));
         if share >= 1.0 {

@@ -77,21 +77,39 @@ impl Gain {
         self.joinable.from
     }
 
+    /// Whether it must arrive in that very moment, because it arrives with an acceleration.
+    pub(super) fn is_timed(&self) -> bool {
+        libm::fabs(self.task.a1) > 0.0
+    }
+
+    /// The way that ends its acceleration first, and can then wait.
+    pub(super) fn paused(&self) -> Paused {
+        let Task { v0, a0, .. } = self.task;
+        let lasts = libm::fabs(a0);
+        let steady = Task {
+            v0: v0 + 0.5 * a0 * lasts,
+            a0: 0.0,
+            ..self.task
+        };
+        let after = Self {
+            brake: self.brake,
+            task: steady,
+            joinable: Joinable::of(&steady),
+        };
+        Paused {
+            jerk: if a0 > 0.0 { -1.0 } else { 1.0 },
+            lasts,
+            change: after.change(after.earliest(), 0.0),
+            earliest: lasts + after.earliest(),
+        }
+    }
+
     /// The change of velocity in `time`, or the next possible time.
     ///
     /// Without an acceleration at the end it is made as soon as possible and the velocity kept: so the
-    /// velocity stays between its ends, whatever the time. With one, it must arrive in that moment.
+    /// velocity stays between its ends, whatever the time.
     pub(super) fn at(&self, time: f64) -> Result<Change, Verdict> {
-        let Task {
-            v0,
-            a0,
-            v1,
-            a1,
-            a_up,
-            a_down,
-            ..
-        } = self.task;
-        let kept = if libm::fabs(a1) > 0.0 {
+        let kept = if self.is_timed() {
             0.0
         } else {
             larger(time - self.joinable.from, 0.0)
@@ -103,6 +121,19 @@ impl Gain {
         {
             return Err(Verdict::NotBefore(to));
         }
+        Ok(self.change(time, kept))
+    }
+
+    fn change(&self, time: f64, kept: f64) -> Change {
+        let Task {
+            v0,
+            a0,
+            v1,
+            a1,
+            a_up,
+            a_down,
+            ..
+        } = self.task;
         let rising = Pulse::in_time(a0, a1, a_up, time);
         let falling = Pulse::in_time(-a0, -a1, a_down, time);
         let (most, least) = (rising.gain(), -falling.gain());
@@ -111,13 +142,25 @@ impl Gain {
         } else {
             1.0
         };
-        Ok(Change {
+        Change {
             rising,
             falling,
             share: within(share, 0.0, 1.0),
             kept,
-        })
+        }
     }
+}
+
+/// The acceleration of the start ended, the velocity then kept as long as need be, and the fastest change from
+/// there: it keeps every limit of velocity that can be kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Paused {
+    /// How the acceleration is ended, and how long that lasts.
+    pub(super) jerk: f64,
+    pub(super) lasts: f64,
+    pub(super) change: Change,
+    /// How long it takes without a pause.
+    pub(super) earliest: f64,
 }
 
 /// A mean of two pulses, and then a velocity kept.

@@ -127,8 +127,10 @@ impl<const N: usize> Trajectory<N> {
     /// Replaces the motion by the fastest one to the velocities and accelerations of `request.end`, wherever
     /// that leads: its positions are not looked at, nor are ranges. With both zero, this is a stop.
     ///
-    /// Without an acceleration at the end, velocities stay between their ends, however long the other axes take.
-    /// With one, an axis that must wait for others may pass its velocity limit on the way: [`Self::check`] tells.
+    /// An axis that must wait for others keeps the velocity it has come to. If it must arrive with an acceleration,
+    /// it waits before that, at the velocity at which the acceleration of its start has ended; where there is
+    /// less time than that takes, it does not wait but goes between the extremal ways, and if that
+    /// broke a limit all arrive later.
     ///
     /// # Errors
     /// [`TrajectoryError`]; the motion is empty then.
@@ -374,6 +376,14 @@ impl<'a> Asked<'a> {
             Way::Gaining(gain) => {
                 let brake = gain.brake.duration();
                 let left = left_of(time, brake, gain.earliest());
+                let paused = gain.is_timed().then(|| gain.paused());
+                if let Some(paused) = &paused
+                    && left + rounding(time) >= paused.earliest
+                {
+                    let pause = larger(left - paused.earliest, 0.0);
+                    pen.gain_after(&gain.brake, paused, pause);
+                    return Ok(());
+                }
                 let change = match gain.at(left) {
                     Err(Verdict::NotBefore(later)) if later - left <= rounding(time) => {
                         gain.at(later)
@@ -382,6 +392,13 @@ impl<'a> Asked<'a> {
                 }
                 .map_err(|verdict| verdict.after(brake))?;
                 pen.gain(&gain.brake, &change);
+                if let Some(paused) = paused
+                    && left > gain.earliest()
+                    && self.check(out).is_err()
+                {
+                    // a mean may pass a limit of velocity that the way with a pause keeps
+                    return Err(Verdict::NotBefore(paused.earliest).after(brake));
+                }
             }
             Way::Moving {
                 brake,
@@ -402,6 +419,13 @@ impl<'a> Asked<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Proves a motion to the velocity asked for, wherever it ends.
+    fn check(&self, phases: &Phases) -> Result<(), Violation> {
+        let p = phases.end().p;
+        let end = Boundary { p, ..*self.end };
+        check(phases.as_slice(), self.start, &end, self.bounds)
     }
 
     /// The same, turned where it would leave the range.

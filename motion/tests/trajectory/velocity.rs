@@ -85,6 +85,14 @@ proptest! {
     }
 
     #[test]
+    fn limits_hold_however_long_the_others_take(
+        request in several::<3>(from_anywhere(-0.5, 0.7)), more in 0.0..10.0f64,
+    ) {
+        let request = Request { minimum_duration: more, ..request };
+        prop_assert_eq!(planned(&request).check(&request), Ok(()));
+    }
+
+    #[test]
     fn all_axes_reach_their_velocity_at_the_earliest_time_possible_for_each(
         request in several::<3>(from_anywhere(-0.5, 0.7)),
     ) {
