@@ -37,6 +37,7 @@ const PROTOCOL: &str = "mrroc-protocol";
 const BUS: &str = "mrroc-bus";
 const PROCESS: &str = "mrroc-process";
 const FIRMWARE: &str = "mrroc-firmware";
+const BOARD: &str = "mrroc-board";
 const HIL_SIM: &str = "mrroc-hil-sim";
 const HOST: &str = "mrroc-host";
 
@@ -50,6 +51,12 @@ const RULES: &[Rule] = &[
         FIRMWARE,
         "firmware",
         &[AGENT, MOTION, ROBOTS, PROTOCOL],
+        true,
+    ),
+    pure(
+        BOARD,
+        "firmware/boards/common",
+        &[PROTOCOL, ROBOTS, FIRMWARE],
         true,
     ),
     rim(BUS, "bus", Imports::Only(&[PROTOCOL])),
@@ -311,6 +318,7 @@ mod test {
             BUS,
             PROCESS,
             FIRMWARE,
+            BOARD,
             "mrroc-node",
             HIL_SIM,
             HOST,

@@ -1,0 +1,1 @@
+//! Two rings of frames in shared memory.
