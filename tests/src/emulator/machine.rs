@@ -137,7 +137,10 @@ impl Machine {
     pub fn finish(mut self, message: &[u8]) -> Ending {
         // an emulator that has ended needs no message
         let _ = self.to_image.write_all(message);
-        let good = self.watchdog.take().is_some_and(|w| w.join().unwrap_or(false));
+        let good = self
+            .watchdog
+            .take()
+            .is_some_and(|w| w.join().unwrap_or(false));
         let text = |reader: Option<JoinHandle<Vec<u8>>>| {
             reader.and_then(|r| r.join().ok()).unwrap_or_default()
         };

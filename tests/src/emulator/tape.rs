@@ -45,7 +45,10 @@ impl Recording {
     /// The tape so far.
     #[must_use]
     pub fn tape(&self) -> Tape {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 }
 
@@ -112,7 +115,11 @@ pub fn replay(tape: &Tape, setup: &Setup) -> Result<Life, String> {
     let (mut node, handle) =
         EmulatedNode::boot(setup, &tape.boot).map_err(|error| error.to_string())?;
     if node.identity() != tape.identity {
-        return Err(format!("identity: {:?}, not {:?}", node.identity(), tape.identity));
+        return Err(format!(
+            "identity: {:?}, not {:?}",
+            node.identity(),
+            tape.identity
+        ));
     }
     for (number, step) in tape.steps.iter().enumerate() {
         let mut sent = Vec::new();

@@ -69,7 +69,10 @@ impl Boot {
     ///
     /// # Errors
     /// [`BootError`]
-    pub fn node(&self, home: impl Home) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+    pub fn node(
+        &self,
+        home: impl Home,
+    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
         let known = match self.kind {
             RobotKind::Irp6Track => cfg!(feature = "irp6-track"),
             RobotKind::Irp6Postument => cfg!(feature = "irp6-postument"),
@@ -82,7 +85,8 @@ impl Boot {
         };
         // after this the compiler knows which of the robots are left, and drops the others
         if known {
-            self.kind.visit(self.station.track, Make { boot: self, home })
+            self.kind
+                .visit(self.station.track, Make { boot: self, home })
         } else {
             Err(BootError::Robot)
         }
@@ -124,7 +128,11 @@ impl Boot {
         let velocity_factor = f64::from_bits(bytes.u64()?);
         let kind = *RobotKind::ALL.get(usize::from(bytes.u8()?))?;
         let effector = bytes.u8()?;
-        let mtu = if flag(bytes.u8()?)? { Mtu::Fd } else { Mtu::Classic };
+        let mtu = if flag(bytes.u8()?)? {
+            Mtu::Fd
+        } else {
+            Mtu::Classic
+        };
         let law = law_of(bytes.u8()?)?;
         let one_wire = flag(bytes.u8()?)?;
         let track = if flag(bytes.u8()?)? {
@@ -136,6 +144,10 @@ impl Boot {
         let buses = bytes.take(MAX_AXES)?;
         if zero != 0 || !bytes.0.is_empty() {
             return None;
+        }
+        let mut drive_buses = PerAxis::new();
+        for bus in buses.get(..axes)? {
+            drive_buses.push(*bus).ok()?;
         }
         Some(Self {
             now,
@@ -149,7 +161,7 @@ impl Boot {
                 one_wire,
                 track,
             },
-            buses: buses.get(..axes)?.iter().copied().collect(),
+            buses: drive_buses,
         })
     }
 }
@@ -272,7 +284,15 @@ mod test {
             assert_eq!(Boot::read(&buffer), Some(boot.clone()));
             assert_eq!(Boot::read(&buffer[1..]), None);
             assert_eq!(boot.write(&mut buffer[1..].to_vec()), None);
-            for (at, wrong) in [(24, 99), (26, 2), (27, 4), (28, 2), (29, 2), (30, 1), (31, 9)] {
+            for (at, wrong) in [
+                (24, 99),
+                (26, 2),
+                (27, 4),
+                (28, 2),
+                (29, 2),
+                (30, 1),
+                (31, 9),
+            ] {
                 let mut other = buffer;
                 other[at] = wrong;
                 assert_eq!(Boot::read(&other), None, "byte {at}");

@@ -223,7 +223,12 @@ pub fn answer_stepped(stepped: &Stepped, len: usize, buffer: &mut [u8]) -> Optio
 pub fn answer_booted(stepped: &Stepped, identity: &Identity, buffer: &mut [u8]) -> Option<usize> {
     let body = buffer.get_mut(BODY..)?;
     let written = postcard::to_slice(identity, body).ok()?.len();
-    head(Answer::Booted, Some(stepped), BODY.checked_add(written)?, buffer)
+    head(
+        Answer::Booted,
+        Some(stepped),
+        BODY.checked_add(written)?,
+        buffer,
+    )
 }
 
 /// Image: an answer to what could not be done.
@@ -234,9 +239,8 @@ pub fn answer_none(buffer: &mut [u8]) -> Option<usize> {
 
 fn head(answer: Answer, stepped: Option<&Stepped>, len: usize, buffer: &mut [u8]) -> Option<usize> {
     let mut out = started(buffer, answer as u8)?;
-    let (wake, state, cycles) = stepped.map_or((0, 0, 0), |s| {
-        (s.next_wake.0, s.state as u8, s.cycles)
-    });
+    let (wake, state, cycles) =
+        stepped.map_or((0, 0, 0), |s| (s.next_wake.0, s.state as u8, s.cycles));
     out.put(&wake.to_le_bytes())?;
     out.put(&[state])?;
     out.put(&cycles.to_le_bytes())?;

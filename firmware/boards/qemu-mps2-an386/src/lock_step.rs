@@ -58,17 +58,18 @@ impl Channel {
     }
 
     /// The host says which node this is.
-    pub fn boot(&mut self, home: impl Home) -> Option<(&'static mut (dyn NodeProcess + Send), Boot)> {
+    pub fn boot(
+        &mut self,
+        home: impl Home,
+    ) -> Option<(&'static mut (dyn NodeProcess + Send), Boot)> {
         let Some(Request::Boot(boot)) = self.receive() else {
             return None;
         };
         let made = boot.node(home);
         let len = match &made {
-            Ok(node) => channel::answer_booted(
-                &Stepped::of(&**node, 0),
-                &node.identity(),
-                &mut self.buffer,
-            ),
+            Ok(node) => {
+                channel::answer_booted(&Stepped::of(&**node, 0), &node.identity(), &mut self.buffer)
+            }
             Err(_) => channel::answer_none(&mut self.buffer),
         };
         self.answer(len)?;
@@ -95,7 +96,9 @@ impl Channel {
         };
         let mut answering = Answering::new(&mut self.buffer).ok_or(Ended::Broken)?;
         mrroc_step_begins();
-        node.step(now, received, &mut |port, frame| answering.sent(port, frame));
+        node.step(now, received, &mut |port, frame| {
+            answering.sent(port, frame)
+        });
         mrroc_step_ends();
         let len = answering.finish();
         let stepped = Stepped::of(node, cycles);

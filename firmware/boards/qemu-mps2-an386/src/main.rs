@@ -2,13 +2,14 @@
 //!
 //! The timer's interrupt, at the highest priority, is the servo tick: it makes every step of the node
 //! that is due. What is left of the time is for the log. What the hardware of a real board does, CAN
-//! controllers above all, this machine has not: frames come and go by [`lock_step`].
+//! controllers above all, this machine has not: frames come and go by [`lock_step`] or [`real_time`].
 //! `firmware/boards/README.md` tells how it is run.
 #![no_std]
 #![no_main]
 #![deny(clippy::undocumented_unsafe_blocks, missing_docs)]
 
 mod lock_step;
+mod real_time;
 mod semihosting;
 
 use board::channel::MAX_FRAMES;
@@ -24,6 +25,7 @@ use firmware::{NodeProcess, Received};
 use lock_step::{Channel, Ended};
 use protocol::message::NodeState;
 use protocol::time::Micros;
+use real_time::Mailbox;
 
 /// The machine's clock.
 const CLOCK_HZ: u32 = 25_000_000;
@@ -31,18 +33,23 @@ const CLOCK_HZ: u32 = 25_000_000;
 const TICK_US: u64 = 500;
 /// The same in clock cycles.
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
-/// Memory of the node: the largest.
-const NODE_BYTES: usize = 128 * 1024;
+/// Memory of the node: that of the largest, 7 axes.
+const NODE_BYTES: usize = 120 * 1024;
 
 static PLACE: Place<NODE_BYTES> = Place::new();
+
+/// Where frames come from and go to.
+enum Rim {
+    LockStep(Channel),
+    RealTime(Mailbox),
+}
 
 /// What the servo tick works with.
 struct Servo {
     node: &'static mut (dyn NodeProcess + Send),
-    channel: Channel,
+    rim: Rim,
     /// When the image started, by the clock of the cell.
     origin: Micros,
-    next_wake: Micros,
     state: NodeState,
 }
 
@@ -56,8 +63,8 @@ fn main() -> ! {
     if let Some(servo) = start() {
         critical_section::with(|cs| SERVO.borrow(cs).set(Some(servo)));
         if let Some(peripherals) = cortex_m::Peripherals::take() {
-            begin_ticks(peripherals.SYST);
             stack::repaint();
+            begin_ticks(peripherals.SYST);
             telemetry();
         }
     }
@@ -65,16 +72,26 @@ fn main() -> ! {
     halt()
 }
 
+/// In lock step if the host has made the files for it, else in real time.
 fn start() -> Option<Servo> {
-    let mut channel = Channel::open()?;
-    let (node, boot) = channel.boot(&PLACE)?;
-    defmt::info!("{=str}: a node of {=u8} axes", boot.kind.name(), node.identity().axes);
+    let (node, rim, origin) = if let Some(mut channel) = Channel::open() {
+        let (node, boot) = channel.boot(&PLACE)?;
+        (node, Rim::LockStep(channel), boot.now)
+    } else {
+        let (mailbox, node, origin) = Mailbox::boot(&PLACE)?;
+        (node, Rim::RealTime(mailbox), origin)
+    };
+    let identity = node.identity();
+    defmt::info!(
+        "{=str}: a node of {=u8} axes",
+        identity.robot.as_str(),
+        identity.axes
+    );
     Some(Servo {
-        next_wake: node.next_wake(),
         state: node.state(),
         node,
-        channel,
-        origin: boot.now,
+        rim,
+        origin,
     })
 }
 
@@ -99,25 +116,41 @@ fn SysTick() {
     }
     let Some(servo) = OWN else { return };
     let now = Micros(servo.origin.0.wrapping_add(ticks.wrapping_mul(TICK_US)));
-    if now < servo.next_wake {
-        return;
-    }
-    let into_tick = TICK_CYCLES.wrapping_sub(SYST::get_current());
-    let cycles = ticks
-        .wrapping_mul(u64::from(TICK_CYCLES))
-        .wrapping_add(u64::from(into_tick));
-    match servo.channel.step(servo.node, cycles, RECEIVED) {
-        Ok(stepped) => {
-            servo.next_wake = stepped.next_wake;
-            if stepped.state != servo.state {
-                servo.state = stepped.state;
-                defmt::info!("at {=u64} us: state {=u8}", now.0, stepped.state as u8);
-            }
+    match servo.tick(ticks, now, RECEIVED) {
+        Ok(Some(state)) if state != servo.state => {
+            servo.state = state;
+            defmt::info!("at {=u64} us: state {=u8}", now.0, state as u8);
         }
+        Ok(_) => {}
         Err(ended) => {
             *OWN = None;
             critical_section::with(|cs| ENDED.borrow(cs).set(Some(ended)));
         }
+    }
+}
+
+impl Servo {
+    /// Whatever is due now; the state after it, if anything was.
+    fn tick(
+        &mut self,
+        ticks: u64,
+        now: Micros,
+        received: &mut heapless::Vec<Received, MAX_FRAMES>,
+    ) -> Result<Option<NodeState>, Ended> {
+        let stepped = match &mut self.rim {
+            Rim::LockStep(_) if now < self.node.next_wake() => return Ok(None),
+            Rim::LockStep(channel) => {
+                let into_tick = TICK_CYCLES.wrapping_sub(SYST::get_current());
+                let cycles = ticks
+                    .wrapping_mul(u64::from(TICK_CYCLES))
+                    .wrapping_add(u64::from(into_tick));
+                channel.step(self.node, cycles, received)?
+            }
+            Rim::RealTime(mailbox) => mailbox
+                .tick(self.node, ticks, now, received)
+                .ok_or(Ended::Done)?,
+        };
+        Ok(Some(stepped.state))
     }
 }
 
@@ -130,7 +163,11 @@ fn telemetry() {
     loop {
         let ended = critical_section::with(|cs| ENDED.borrow(cs).take());
         if let Some(ended) = ended {
-            defmt::info!("stack: {=u32} of {=u32} bytes used", stack::used(), stack::reserved());
+            defmt::info!(
+                "stack: {=u32} of {=u32} bytes used",
+                stack::used(),
+                stack::reserved()
+            );
             drain(console);
             if ended == Ended::Done {
                 debug::exit(debug::EXIT_SUCCESS);

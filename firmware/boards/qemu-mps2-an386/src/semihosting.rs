@@ -51,13 +51,3 @@ impl File {
         left == 0
     }
 }
-
-/// The command line of the image, in this buffer.
-pub fn command_line(buffer: &mut [u8]) -> Option<&str> {
-    let mut block = [buffer.as_mut_ptr() as usize, buffer.len()];
-    // SAFETY: SYS_GET_CMDLINE writes at most `block[1]` bytes to `block[0]`, and the length to `block[1]`
-    let failed = unsafe { cortex_m_semihosting::syscall1(0x15, block.as_mut_ptr() as usize) };
-    let [_, length] = block;
-    let text = (failed == 0).then_some(buffer)?.get(..length)?;
-    core::str::from_utf8(text).ok()
-}
