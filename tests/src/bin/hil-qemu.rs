@@ -110,6 +110,7 @@ fn run(args: &Args) -> Result<(), String> {
         let (of_law, _) = cost::measure(KIND, law, &setup.image, &args.plugin)?;
         figures.extend(of_law);
     }
+    figures.extend(cost::interpolation(KIND, &setup.image, &args.plugin)?);
     let text = std::fs::read_to_string(&args.golden).unwrap_or_default();
     let accepted = golden::read(&text);
     print!("{}", golden::table(&figures, &accepted));

@@ -15,6 +15,8 @@ use std::path::Path;
 
 /// A fifth of the 170 000 instructions that a millisecond has at 170 MHz, one a cycle.
 const TARGET: u64 = 34_000;
+/// A hundredth.
+const INTERPOLATION: u64 = 1700;
 /// Per cent by which compilers may differ.
 const BAND: u64 = 5;
 
@@ -38,6 +40,44 @@ pub fn measure(
     if begin == end {
         return Err("both marks are one function".into());
     }
+    let (counts, states, life) = count(kind, law, image, plugin, begin, end)?;
+    if counts.len() != states.len() {
+        return Err(format!("{} steps, {} counts", states.len(), counts.len()));
+    }
+    Ok((figures(name, &counts, &states), life))
+}
+
+/// What the interpolation of all axes costs alone, position in the drive.
+///
+/// # Errors
+/// What went wrong.
+pub fn interpolation(kind: RobotKind, image: &Path, plugin: &Path) -> Result<Vec<Figure>, String> {
+    let symbols = Image::read(image)?;
+    let step = symbols
+        .symbols
+        .iter()
+        .find(|(name, _)| name.contains("12interpolator4step") && name.contains("E4stepC"));
+    let (_, step) = step.ok_or("the image has no step of the interpolator")?;
+    let law = ServoLaw::DrivePosition;
+    let (mut counts, _, _) = count(kind, law, image, plugin, *step, 0)?;
+    counts.sort_unstable();
+    let median = counts.get(counts.len() / 2).copied().unwrap_or(0);
+    let worst = counts.last().copied().unwrap_or(0);
+    Ok(vec![
+        Figure::new("interpolation_median", median, BAND).at_most(INTERPOLATION),
+        Figure::new("interpolation_worst", worst, BAND).at_most(INTERPOLATION),
+    ])
+}
+
+/// Instructions of every call, the state after every step, and how it ended.
+fn count(
+    kind: RobotKind,
+    law: ServoLaw,
+    image: &Path,
+    plugin: &Path,
+    begin: u64,
+    end: u64,
+) -> Result<(Vec<u64>, Vec<NodeState>, Life), String> {
     let counts = std::env::temp_dir().join(format!("mrroc-counts-{}", std::process::id()));
     let setup = Setup {
         image: image.to_owned(),
@@ -61,10 +101,7 @@ pub fn measure(
     let _ = std::fs::remove_file(&counts);
     let counts: Vec<u64> = text.lines().filter_map(|line| line.parse().ok()).collect();
     let states: Vec<_> = recording.tape().steps.iter().map(|s| s.state).collect();
-    if counts.len() != states.len() {
-        return Err(format!("{} steps, {} counts", states.len(), counts.len()));
-    }
-    Ok((figures(name, &counts, &states), life))
+    Ok((counts, states, life))
 }
 
 /// Homing, a move, a stop on the path, a quick stop, a drive that falls silent.

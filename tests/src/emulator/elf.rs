@@ -49,10 +49,7 @@ impl Image {
             if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
                 continue;
             }
-            let zero = matches!(
-                section.kind(),
-                SectionKind::UninitializedData | SectionKind::Common
-            );
+            let zero = matches!(section.kind(), SectionKind::UninitializedData);
             if section.address() >= RAM {
                 ram += section.size();
             }

@@ -11,7 +11,10 @@ const COLOUR: u32 = 0xCCCC_CCCC;
 
 /// Lowest address of the stack, and the one above it.
 fn ends() -> (usize, usize) {
-    (&raw const _stack_end as usize, &raw const _stack_start as usize)
+    (
+        &raw const _stack_end as usize,
+        &raw const _stack_start as usize,
+    )
 }
 
 /// The lowest address that was ever used.
