@@ -101,7 +101,9 @@ fn run(args: &Args) -> Result<(), String> {
     }
     let lines = log::lines(&setup.image, &life.ending.log)?;
     if args.log {
-        lines.iter().for_each(|line| println!("image: {line}"));
+        for line in &lines {
+            println!("image: {line}");
+        }
     }
     let stack = lines.iter().rev().find_map(|line| stack_used(line));
     let stack = stack.ok_or("the image did not say how much stack it used")?;

@@ -48,7 +48,7 @@ pub struct Machine {
     folder: PathBuf,
     to_image: File,
     from_image: File,
-    /// Milliseconds since the start when the image last said something; 0: it has ended.
+    /// Milliseconds since the start when the image last said something.
     heard: Arc<AtomicU64>,
     begun: Instant,
     watchdog: Option<JoinHandle<bool>>,
@@ -134,6 +134,7 @@ impl Machine {
     }
 
     /// Ends it.
+    #[must_use]
     pub fn finish(mut self, message: &[u8]) -> Ending {
         // an emulator that has ended needs no message
         let _ = self.to_image.write_all(message);
@@ -189,7 +190,8 @@ fn watch(
                 }
                 Err(_) => return false,
             }
-            let silent = begun.elapsed() - Duration::from_millis(heard.load(Ordering::Relaxed));
+            let last = Duration::from_millis(heard.load(Ordering::Relaxed));
+            let silent = begun.elapsed().saturating_sub(last);
             if silent > PATIENCE {
                 let _ = child.kill();
             }

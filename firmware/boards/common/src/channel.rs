@@ -60,7 +60,7 @@ pub enum Request<'a> {
 }
 
 /// Frames as bytes, one after the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FramesIn<'a>(&'a [u8]);
 
 impl Iterator for FramesIn<'_> {
@@ -122,7 +122,7 @@ fn finished(buffer: &mut [u8], len: usize) -> Option<usize> {
     Some(len)
 }
 
-fn started<'a>(buffer: &'a mut [u8], first: u8) -> Option<Writer<'a>> {
+fn started(buffer: &mut [u8], first: u8) -> Option<Writer<'_>> {
     let mut out = Writer::new(buffer);
     out.put(&[0; LENGTH])?;
     out.put(&[first])?;
@@ -267,5 +267,86 @@ pub fn read_reply(body: &[u8]) -> Option<Reply<'_>> {
         Some(Reply::None)
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use protocol::frame::Id;
+    use std::vec::Vec;
+
+    fn received(k: u8) -> Received {
+        Received {
+            port: if k.is_multiple_of(2) {
+                Port::Mp
+            } else {
+                Port::Drives(k)
+            },
+            at: Micros(u64::from(k)),
+            frame: Frame::fd(Id::Extended(u32::from(k)), &[k; 64]).unwrap(),
+        }
+    }
+
+    fn body(message: &[u8]) -> &[u8] {
+        let (head, body) = message.split_first_chunk().unwrap();
+        assert_eq!(length(*head), Some(body.len()));
+        body
+    }
+
+    #[test]
+    fn a_step_goes_there_and_its_answer_back() {
+        let all: Vec<_> = (0..52).map(received).collect();
+        let mut buffer = [0; LONGEST];
+        let len = write_step(Micros(77), &all, &mut buffer).unwrap();
+        let Some(Request::Step(now, frames)) = read_request(body(&buffer[..len])) else {
+            panic!("no step");
+        };
+        assert_eq!(now, Micros(77));
+        assert!(frames.eq(all.iter().copied()));
+        let more = [all.as_slice(), &all[..1]].concat();
+        assert_eq!(write_step(Micros(77), &more, &mut buffer), None);
+
+        let stepped = Stepped {
+            next_wake: Micros(1_000_000_007),
+            state: NodeState::Faulted,
+            cycles: u64::MAX,
+        };
+        let mut answering = Answering::new(&mut buffer).unwrap();
+        for r in &all {
+            answering.sent(r.port, r.frame);
+        }
+        let len = answering.finish().unwrap();
+        assert_eq!(answer_stepped(&stepped, len, &mut buffer), Some(len));
+        let Some(Reply::Stepped(back, frames)) = read_reply(body(&buffer[..len])) else {
+            panic!("no answer");
+        };
+        assert_eq!(back, stepped);
+        assert!(
+            frames
+                .map(|f| (f.port, f.frame))
+                .eq(all.iter().map(|f| (f.port, f.frame)))
+        );
+    }
+
+    #[test]
+    fn a_frame_without_room_is_told_and_not_left_out() {
+        let mut buffer = [0; BODY + frames::LONGEST];
+        let mut answering = Answering::new(&mut buffer).unwrap();
+        answering.sent(Port::Mp, received(0).frame);
+        answering.sent(Port::Mp, received(0).frame);
+        assert_eq!(answering.finish(), None);
+    }
+
+    #[test]
+    fn what_is_no_message_says_nothing() {
+        for bytes in [&[][..], &[3], &[1, 0], &[2, 0], &[0, 1]] {
+            assert_eq!(read_request(bytes), None, "{bytes:?}");
+            assert_eq!(read_reply(bytes), None, "{bytes:?}");
+        }
+        assert_eq!(length(u32::MAX.to_le_bytes()), None);
+        let mut buffer = [0; 16];
+        let len = write_end(&mut buffer).unwrap();
+        assert_eq!(read_request(body(&buffer[..len])), Some(Request::End));
     }
 }

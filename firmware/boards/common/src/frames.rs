@@ -106,7 +106,7 @@ mod test {
             at in any::<u64>(), data in proptest::collection::vec(any::<u8>(), 0..=8),
         ) {
             let port = if port == MP { Port::Mp } else { Port::Drives(port) };
-            let id = if extended { Id::Extended(id & 0x1FFF_FFFF) } else { Id::Standard(id as u16 & 0x7FF) };
+            let id = if extended { Id::Extended(id & 0x1FFF_FFFF) } else { Id::Standard(u16::try_from(id & 0x7FF).unwrap()) };
             let frame = if fd { Frame::fd(id, &data) } else { Frame::classic(id, &data) };
             let received = Received { port, at: Micros(at), frame: frame.unwrap() };
             let mut buffer = [0; LONGEST + 1];
