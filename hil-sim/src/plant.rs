@@ -9,6 +9,7 @@
 //! | module | one line |
 //! |---|---|
 //! | [`axis`] | one motor with its receptors |
+//! | `commissioning` | what drives without gears are tuned for |
 //! | `friction` | coupled axes with dry friction, brakes and stops |
 //! | [`mechanics`] | how the motors of a robot move together, and robots whose motors do not |
 //! | [`parameters`] | the simulated robots from their descriptions |
@@ -17,6 +18,7 @@
 //! | [`robot`] | the drives and plants of one robot on its buses |
 
 pub mod axis;
+mod commissioning;
 mod friction;
 pub mod mechanics;
 pub mod parameters;

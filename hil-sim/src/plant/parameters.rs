@@ -6,6 +6,7 @@
 use core::f64::consts::TAU;
 
 use super::axis::PlantParameters;
+use super::commissioning::{Inertia, inertias};
 use super::mechanics::{Apart, Mechanics};
 use super::random::SplitMix64;
 use super::rigid_body::RigidBody;
@@ -58,8 +59,9 @@ const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
 
 /// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
-/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral) /
-/// (position·integral) = 17; with a quarter of it the velocity loop closes at 800 1/s.
+/// r times the one the loop is tuned for (`plant::commissioning`), P and PI stay stable where
+/// r < velocity·(position + integral)/(position·integral) = 17; with a sixth of it the velocity loop closes at
+/// 1200 1/s. The arm's inertias are within a sixth and six times.
 const DIRECT_POSITION: f64 = 30.0;
 const DIRECT_VELOCITY: f64 = 200.0;
 const DIRECT_INTEGRAL: f64 = 20.0;
@@ -79,7 +81,14 @@ fn peak_a(axis: &AxisDescription) -> f64 {
     axis.current_regulator.limit_ma * 1e-3
 }
 
-fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetup {
+/// An axis whose drive is tuned for `tuned_kg_m2`, or for rotor and load.
+fn axis(
+    description: &AxisDescription,
+    tuned_kg_m2: Option<f64>,
+    bus: u8,
+    node: u8,
+    seed: u64,
+) -> AxisSetup {
     let motor = description.motor;
     let inertia = motor.rotor_kg_m2 + motor.load_kg_m2;
     let Range {
@@ -120,7 +129,7 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
             description.increments_per_turn,
             peak_a,
             motor.torque_constant_nm_a,
-            inertia,
+            tuned_kg_m2.unwrap_or(inertia),
             u32::from(node),
         )
     };
@@ -176,11 +185,25 @@ impl RobotVisitor for Setup {
     where
         R: Robot<N> + Send + 'static,
     {
-        let axes = robot.description().axes.iter();
-        let axes = axes
-            .zip(robot.description().drive_buses())
+        let description = robot.description();
+        let direct = description.axes.iter().any(AxisDescription::is_direct);
+        let chain = robot.chain().filter(|_| direct);
+        let tuned = chain.map(|chain| inertias(description, &chain).map(Inertia::tuned));
+        let axes = description
+            .axes
+            .iter()
+            .zip(description.drive_buses())
+            .enumerate()
             .zip(1_u8..)
-            .map(|((description, bus), node)| axis(description, bus, node, self.seed))
+            .map(|((k, (description, bus)), node)| {
+                axis(
+                    description,
+                    tuned.map(|tuned| tuned[k]),
+                    bus,
+                    node,
+                    self.seed,
+                )
+            })
             .collect();
         let mechanics: Box<dyn Mechanics> = match RigidBody::new(robot) {
             Some(body) => Box::new(body),
