@@ -58,13 +58,13 @@ const START_RAD: [f64; 2] = [5.0, 40.0];
 const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
 
-/// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
-/// r times the one the loop is tuned for (`plant::commissioning`), P and PI stay stable where
-/// r < velocity·(position + integral)/(position·integral) = 17; with a sixth of it the velocity loop closes at
-/// 1200 1/s. The arm's inertias are within a sixth and six times.
-const DIRECT_POSITION: f64 = 30.0;
-const DIRECT_VELOCITY: f64 = 200.0;
-const DIRECT_INTEGRAL: f64 = 20.0;
+/// Bandwidths of position, velocity and observer and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
+/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral)/
+/// (position·integral) = 21, and the delays allow a fifteenth of it: what an arm needs, see `plant::commissioning`.
+const DIRECT_POSITION: f64 = 25.0;
+const DIRECT_VELOCITY: f64 = 150.0;
+const DIRECT_INTEGRAL: f64 = 10.0;
+const DIRECT_OBSERVER: f64 = 1600.0;
 
 /// Turns a minute of a velocity, rad/s, to the nearest.
 #[expect(
@@ -149,6 +149,7 @@ fn axis(
             position_bandwidth: DIRECT_POSITION,
             velocity_bandwidth: DIRECT_VELOCITY,
             velocity_integral: DIRECT_INTEGRAL,
+            observer_bandwidth: DIRECT_OBSERVER,
             ..drive
         }
     } else {
