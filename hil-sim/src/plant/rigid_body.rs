@@ -8,7 +8,7 @@
 //!
 //! # Integration
 //!
-//! The accelerations −M⁻¹·h are evaluated every [`REFRESH_SUBSTEPS`] substeps and continued in between by a
+//! The accelerations −M⁻¹·h are evaluated every few substeps and continued in between by a
 //! polynomial (`smooth`), which gives w, the velocity that weight and inertia alone would leave at the end of a
 //! substep, and their part of the angle. All else is done in each substep, with M foretold for the middle of its
 //! window by a straight line:
@@ -34,8 +34,10 @@ use robots::dynamics::{Body, Chain, STANDARD_GRAVITY, Wrench};
 use robots::{KinematicError, Motors, Robot};
 use smooth::Smooth;
 
-/// M and h are taken anew every so many substeps: every 0.5 ms with the default substep.
-const REFRESH_SUBSTEPS: u32 = 2;
+/// M and h are taken anew every so many substeps: every 1 ms with the default substep.
+const REFRESH_GEARED: u32 = 4;
+/// The same where a motor turns a joint without a gear, and joints turn by tens of rad/s: every 0.5 ms.
+const REFRESH_DIRECT: u32 = 2;
 
 /// The links of a robot with a chain.
 #[derive(Clone, Debug)]
@@ -60,14 +62,20 @@ impl<R: Robot<N>, const N: usize> RigidBody<R, N> {
     #[must_use]
     pub fn new(robot: R) -> Option<Self> {
         let chain = robot.chain()?;
+        let direct = robot.description().axes.iter().any(|axis| axis.is_direct());
+        let refresh_substeps = if direct {
+            REFRESH_DIRECT
+        } else {
+            REFRESH_GEARED
+        };
         Some(Self {
             robot,
             chain,
             loaded: chain,
             gravity: STANDARD_GRAVITY,
-            refresh_substeps: REFRESH_SUBSTEPS,
+            refresh_substeps,
             substep: 0,
-            smooth: Smooth::new(REFRESH_SUBSTEPS),
+            smooth: Smooth::new(refresh_substeps),
             mass: [[0.0; N]; N],
             system: None,
             contacts: [Contact::Stuck; N],
