@@ -126,7 +126,8 @@ impl Driven {
             };
             let word = self.masters[axis].next(status);
             let command = axis::command(*node, word.0, Target::Position(target));
-            self.robot.on_frame(*bus, self.now_ns, &command, &mut |_| ());
+            self.robot
+                .on_frame(*bus, self.now_ns, &command, &mut |_| ());
         }
         self.now_ns += CYCLE_NS / 2;
     }

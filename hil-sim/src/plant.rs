@@ -8,7 +8,9 @@
 //!
 //! | module | one line |
 //! |---|---|
-//! | [`axis`] | one motor with its receptors |
+//! | [`axis`] | one motor with its brake, friction and stops |
+//! | [`motor`] | its winding: current loop, voltage, heat |
+//! | `receptors` | its encoder, index and switches |
 //! | `friction` | coupled axes with dry friction, brakes and stops |
 //! | [`mechanics`] | how the motors of a robot move together, and robots whose motors do not |
 //! | [`parameters`] | the simulated robots from their descriptions |
@@ -19,7 +21,9 @@
 pub mod axis;
 mod friction;
 pub mod mechanics;
+pub mod motor;
 pub mod parameters;
 pub mod random;
+mod receptors;
 pub mod rigid_body;
 pub mod robot;

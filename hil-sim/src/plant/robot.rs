@@ -1,5 +1,6 @@
 //! The drives and plants of one robot on its drive buses.
 
+use protocol::canopen::emcy::ErrorCode;
 use protocol::canopen::node::NodeId;
 use protocol::frame::Frame;
 
@@ -60,6 +61,20 @@ pub enum SetupError {
 struct OnBus {
     bus: u8,
     drive: SimDrive,
+    /// What was put into it from outside.
+    injected: Option<DriveFault>,
+    /// Has its motor's thermal switch opened?
+    hot: bool,
+}
+
+impl OnBus {
+    /// The thermal switch is an input of the drive: while it is open the drive trips, unless something else
+    /// was put into it.
+    fn heed(&mut self, hot: bool) {
+        self.hot = hot;
+        let tripped = hot.then_some(DriveFault::Trip(ErrorCode::OVER_TEMPERATURE));
+        self.drive.set_fault(self.injected.or(tripped));
+    }
 }
 
 /// One robot: its drives, motors and links.
@@ -123,6 +138,8 @@ impl SimRobot {
             drives.push(OnBus {
                 bus,
                 drive: SimDrive::new(id, axis.drive, 0, dt_s),
+                injected: None,
+                hot: false,
             });
             plants.push(AxisPlant::new(axis.plant, axis.start_rad, dt_s, random));
         }
@@ -182,8 +199,16 @@ impl SimRobot {
             Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}
         }
         plant.set_broken(broken);
-        on_bus.drive.set_fault(fault);
+        on_bus.injected = fault;
+        on_bus.heed(on_bus.hot);
         true
+    }
+
+    /// Breaks or mends the receptors of an axis, in more ways than [`DriveFault`] has. `false` if there is no
+    /// such axis.
+    pub fn set_broken(&mut self, axis: usize, broken: Broken) -> bool {
+        let plant = self.plants.get_mut(axis);
+        plant.map(|plant| plant.set_broken(broken)).is_some()
     }
 
     /// Fixes a body, in the flange's frame, to the flange instead of what was there; `false` if the robot
@@ -210,10 +235,14 @@ impl SimRobot {
         }
         self.mechanics
             .step(&mut self.plants, &self.commands, self.substep_s);
-        for (plant, motor_rad) in self.plants.iter().zip(&mut self.motor_rad) {
+        let axes = self.drives.iter_mut().zip(&self.plants);
+        for ((on_bus, plant), motor_rad) in axes.zip(&mut self.motor_rad) {
             *motor_rad = plant.angle_rad();
+            if plant.is_hot() != on_bus.hot {
+                on_bus.heed(plant.is_hot());
+            }
         }
-        for OnBus { bus, drive } in &mut self.drives {
+        for OnBus { bus, drive, .. } in &mut self.drives {
             let bus = *bus;
             drive.poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
         }

@@ -126,3 +126,49 @@ fn halving_the_substep_changes_a_move_little() {
     assert!((coarse - fine).abs() < 0.02, "{coarse} {fine}");
     assert!(fine > 6.0, "{fine}");
 }
+
+/// A motor with a light winding.
+#[test]
+fn an_overheated_motor_trips_its_drive_until_it_has_cooled() {
+    use protocol::canopen::emcy::Emergency;
+    let mut setup = irp6_postument(1);
+    let mut winding = setup.axes[1].plant.winding.unwrap();
+    (winding.winding_j_k, winding.housing_j_k) = (1.0, 100.0);
+    setup.axes[1].plant.winding = Some(winding);
+    let mut robot = SimRobot::new(setup, 1).unwrap();
+    robot.advance(200_000_000, &mut |_| ());
+    robot.on_frame(0, 200_000_000, &frame(0, [1, 0]), &mut |_| ());
+    let mut codes = Vec::new();
+    let mut out = |sent: Sent| {
+        codes.extend(Emergency::decode(&sent.frame).map(|(_, emergency)| emergency.code));
+    };
+    let hot = Drive {
+        torque_nm: 2.0,
+        release_brake: false,
+    };
+    // 19 A in 1 Ω are 363 W on 1 J/K, of which 1.25 W/K flow off: 115 K in less than a second
+    for _ in 0..4000 {
+        robot.plants[1].actuate(hot);
+    }
+    assert!(robot.plant(1).unwrap().is_hot());
+    robot.advance(210_000_000, &mut out);
+    // the housing has taken the heat after some seconds
+    robot.advance(10_000_000_000, &mut out);
+    assert!(!robot.plant(1).unwrap().is_hot());
+    assert_eq!(codes, [ErrorCode::OVER_TEMPERATURE]);
+    assert!(!robot.drives[1].hot && robot.drives[1].injected.is_none());
+}
+
+#[test]
+fn receptors_break_as_they_are_told() {
+    let mut robot = SimRobot::new(irp6_postument(1), 1).unwrap();
+    let turn = Broken {
+        jump: 4000,
+        ..Broken::default()
+    };
+    assert!(robot.set_broken(2, turn) && !robot.set_broken(6, turn));
+    robot.advance(1_000_000, &mut |_| ());
+    assert_eq!(robot.plant(2).unwrap().sensed().count, 4000);
+    assert_eq!(robot.plant(2).unwrap().broken(), turn);
+    assert_eq!(robot.plant(1).unwrap().sensed().count, 0);
+}
