@@ -11,7 +11,9 @@
 //! | [`axis`] | one motor with its brake, friction and stops |
 //! | [`motor`] | its winding: current loop, voltage, heat |
 //! | `receptors` | its encoder, index and switches |
+//! | [`contact`] | a tool's tip and the stiff bodies around it |
 //! | `friction` | coupled axes with dry friction, brakes and stops |
+//! | [`gear`] | a gear that gives: spring, damping, backlash |
 //! | [`mechanics`] | how the motors of a robot move together, and robots whose motors do not |
 //! | [`parameters`] | the simulated robots from their descriptions |
 //! | [`random`] | seeded random numbers, one stream per purpose |
@@ -19,7 +21,9 @@
 //! | [`robot`] | the drives and plants of one robot on its buses |
 
 pub mod axis;
+pub mod contact;
 mod friction;
+pub mod gear;
 pub mod mechanics;
 pub mod motor;
 pub mod parameters;

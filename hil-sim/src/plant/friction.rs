@@ -128,6 +128,16 @@ impl<const N: usize> System<N> {
         Self { a, factors: None }
     }
 
+    /// Adds dt·`drag`, symmetric and positive semidefinite, to A.
+    pub(crate) fn resist(&mut self, drag: &[[f64; N]; N], dt_s: f64) {
+        self.factors = None;
+        for (row, drag) in self.a.iter_mut().zip(drag) {
+            for (a, drag) in row.iter_mut().zip(drag) {
+                *a += dt_s * drag;
+            }
+        }
+    }
+
     /// The velocities, rad/s, from `free` = w and `push` = p; `contacts` is what the axes did last and becomes
     /// what they do now.
     pub(crate) fn velocities(

@@ -5,7 +5,9 @@ use protocol::canopen::node::NodeId;
 use protocol::frame::Frame;
 
 use super::axis::{AxisPlant, Broken, Drive};
-use super::mechanics::Mechanics;
+use super::contact::{Obstacle, Tip};
+use super::gear::{Gear, GearError};
+use super::mechanics::{Mechanics, Wrist};
 use super::parameters::{AxisSetup, RobotSetup};
 use super::random::SplitMix64;
 use crate::drive::{DriveFault, SimDrive};
@@ -215,6 +217,33 @@ impl SimRobot {
     /// has none.
     pub fn carry(&mut self, body: Option<&Body>) -> bool {
         self.mechanics.carry(body)
+    }
+
+    /// Puts a gear that gives between a motor and its links, or takes it out again. None has one from the start:
+    /// nobody published the stiffness of any of the robots.
+    ///
+    /// # Errors
+    /// [`GearError`].
+    pub fn set_gear(&mut self, axis: usize, gear: Option<Gear>) -> Result<(), GearError> {
+        self.mechanics.set_gear(axis, gear)
+    }
+
+    /// The motor angle that belongs to where the links of an axis are, rad; that of the motor unless its gear gives.
+    #[must_use]
+    pub fn links_rad(&self, axis: usize) -> Option<f64> {
+        let motor = self.motor_rad.get(axis).copied();
+        self.mechanics.links_rad(axis).or(motor)
+    }
+
+    /// Puts stiff bodies around the robot, in its base frame, and a tip on its tool; `false` if it has no flange.
+    pub fn surround(&mut self, obstacles: Vec<Obstacle>, tip: Tip) -> bool {
+        self.mechanics.surround(obstacles, tip)
+    }
+
+    /// The wrist after the last substep; none where there is none.
+    #[must_use]
+    pub fn wrist(&self) -> Option<Wrist> {
+        self.mechanics.wrist(&self.plants)
     }
 
     /// Runs drives and plants up to `now_ns`; `out` gets what the drives send, in order of time.

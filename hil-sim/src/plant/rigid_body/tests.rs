@@ -5,6 +5,9 @@ use crate::plant::random::SplitMix64;
 use robots::dynamics::Shape;
 use robots::{Irp6Postument, Joints, MotorMotion, Polycrank, RobotKind};
 
+mod contact;
+mod gear;
+
 const DT: f64 = 0.000_25;
 
 /// An arm without drives.
