@@ -9,17 +9,15 @@ use hil_sim::plant::parameters;
 use hil_sim::plant::random::SplitMix64;
 use hil_sim::plant::robot::SUBSTEP_NS;
 use robots::{Polycrank, Robot, RobotKind};
-use std::time::Duration;
 
 /// N·m on every motor, to and fro every half second.
 const TORQUE_NM: f64 = 3.0;
 
-/// How long a processor has worked for this program, so that others on the machine do not count; 0 where the
-/// system does not say it as Linux does.
-fn busy() -> Duration {
-    let text = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    let ns = text.split(' ').next().and_then(|ns| ns.parse().ok());
-    Duration::from_nanos(ns.unwrap_or(0))
+/// How long a processor has worked for this program, so that others on the machine do not count, s. As Linux says it.
+fn busy() -> Result<f64, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string("/proc/self/schedstat")?;
+    let ns: f64 = text.split(' ').next().unwrap_or_default().parse()?;
+    Ok(1e-9 * ns)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -46,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .iter()
         .map(|axis| AxisPlant::new(axis.plant, axis.start_rad, dt_s, SplitMix64::new(1)))
         .collect();
-    let since = busy();
+    let since = busy()?;
     for step in 0..steps {
         let torque_nm = if step % 4000 < 2000 {
             TORQUE_NM
@@ -59,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         setup.mechanics.step(&mut plants, &[command; 7], dt_s);
     }
-    let seconds = (busy() - since).as_secs_f64();
+    let seconds = busy()? - since;
     println!("{:.0} ns a step", 1e9 * seconds / f64::from(steps));
     Ok(())
 }

@@ -18,7 +18,6 @@ use protocol::canopen::node::{Function, NodeId, frame, standard};
 use protocol::canopen::sdo::{Address, Client};
 use protocol::time::Micros;
 use robots::RobotKind;
-use std::time::Duration;
 
 const CYCLE_NS: u64 = 1_000_000;
 /// Until all brakes are open: boot, six states, 25 ms.
@@ -141,12 +140,11 @@ fn target(k: u32) -> i32 {
     units
 }
 
-/// How long a processor has worked for this program, so that others on the machine do not count; 0 where the
-/// system does not say it as Linux does.
-fn busy() -> Duration {
-    let text = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    let ns = text.split(' ').next().and_then(|ns| ns.parse().ok());
-    Duration::from_nanos(ns.unwrap_or(0))
+/// How long a processor has worked for this program, so that others on the machine do not count, s. As Linux says it.
+fn busy() -> Result<f64, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string("/proc/self/schedstat")?;
+    let ns: f64 = text.split(' ').next().unwrap_or_default().parse()?;
+    Ok(1e-9 * ns)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -166,13 +164,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 driven.cycle(target(0));
             }
         }
-        let since = busy();
+        let since = busy()?;
         for k in 0..milliseconds {
             for driven in &mut all {
                 driven.cycle(target(k));
             }
         }
-        let seconds = (busy() - since).as_secs_f64();
+        let seconds = busy()? - since;
         let enabled = all
             .iter()
             .flat_map(|driven| (0..driven.nodes.len()).map(|axis| driven.robot.drive(axis)))

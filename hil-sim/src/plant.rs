@@ -12,6 +12,7 @@
 //! | [`motor`] | its winding: current loop, voltage, heat |
 //! | `receptors` | its encoder, index and switches |
 //! | [`contact`] | a tool's tip and the stiff bodies around it |
+//! | [`force_sensor`] | force and moment at the wrist, and their node on a bus |
 //! | `friction` | coupled axes with dry friction, brakes and stops |
 //! | [`gear`] | a gear that gives: spring, damping, backlash |
 //! | [`mechanics`] | how the motors of a robot move together, and robots whose motors do not |
@@ -22,6 +23,7 @@
 
 pub mod axis;
 pub mod contact;
+pub mod force_sensor;
 mod friction;
 pub mod gear;
 pub mod mechanics;

@@ -41,7 +41,7 @@ use super::gear::{Gear, GearError};
 use super::mechanics::{Mechanics, Wrist};
 use nalgebra::Vector3;
 use robots::dynamics::{Body, Chain, STANDARD_GRAVITY, Wrench};
-use robots::{KinematicError, Motors, Robot};
+use robots::{AxisDescription, KinematicError, Motors, Robot};
 use smooth::Smooth;
 use surroundings::Surroundings;
 
@@ -104,7 +104,8 @@ impl<R: Robot<N>, const N: usize> RigidBody<R, N> {
     #[must_use]
     pub fn new(robot: R) -> Option<Self> {
         let chain = robot.chain()?;
-        let direct = robot.description().axes.iter().any(|axis| axis.is_direct());
+        let axes = &robot.description().axes;
+        let direct = axes.iter().any(AxisDescription::is_direct);
         let refresh_substeps = if direct {
             REFRESH_DIRECT
         } else {
@@ -233,9 +234,9 @@ impl<R: Robot<N>, const N: usize> RigidBody<R, N> {
         let after = if let Some(felt) = &felt {
             let mut dragged = system.clone();
             dragged.resist(&felt.drag, dt_s);
-            for k in 0..N {
-                let held: f64 = felt.drag[k].iter().zip(&free).map(|(d, v)| d * v).sum();
-                push[k] += dt_s * (felt.push[k] - held);
+            for ((push, felt_push), drag) in push.iter_mut().zip(felt.push).zip(&felt.drag) {
+                let held: f64 = drag.iter().zip(&free).map(|(d, v)| d * v).sum();
+                *push += dt_s * (felt_push - held);
             }
             dragged.velocities(&free, &push, &restraints, &mut self.contacts)
         } else {

@@ -6,6 +6,7 @@ use protocol::frame::Frame;
 
 use super::axis::{AxisPlant, Broken, Drive};
 use super::contact::{Obstacle, Tip};
+use super::force_sensor::{self, ForceNode};
 use super::gear::{Gear, GearError};
 use super::mechanics::{Mechanics, Wrist};
 use super::parameters::{AxisSetup, RobotSetup};
@@ -84,9 +85,11 @@ pub struct SimRobot {
     drives: Vec<OnBus>,
     plants: Vec<AxisPlant>,
     mechanics: Box<dyn Mechanics>,
+    force: Option<ForceNode>,
     /// What the drives command in this substep.
     commands: Vec<Drive>,
     motor_rad: Vec<f64>,
+    links_rad: Vec<f64>,
     substep_ns: u64,
     substep_s: f64,
     now_ns: u64,
@@ -148,9 +151,11 @@ impl SimRobot {
         Ok(Self {
             commands: vec![Drive::default(); drives.len()],
             motor_rad: plants.iter().map(AxisPlant::angle_rad).collect(),
+            links_rad: plants.iter().map(AxisPlant::angle_rad).collect(),
             drives,
             plants,
             mechanics,
+            force: None,
             substep_ns,
             substep_s: dt_s,
             now_ns: 0,
@@ -228,16 +233,22 @@ impl SimRobot {
         self.mechanics.set_gear(axis, gear)
     }
 
-    /// The motor angle that belongs to where the links of an axis are, rad; that of the motor unless its gear gives.
+    /// The motor angles that belong to where the links are, rad, in axis order: those of the motors unless a gear
+    /// gives. For observers; no node sees it.
     #[must_use]
-    pub fn links_rad(&self, axis: usize) -> Option<f64> {
-        let motor = self.motor_rad.get(axis).copied();
-        self.mechanics.links_rad(axis).or(motor)
+    pub fn links_rad(&self) -> &[f64] {
+        &self.links_rad
     }
 
     /// Puts stiff bodies around the robot, in its base frame, and a tip on its tool; `false` if it has no flange.
     pub fn surround(&mut self, obstacles: Vec<Obstacle>, tip: Tip) -> bool {
         self.mechanics.surround(obstacles, tip)
+    }
+
+    /// Puts a force sensor into the wrist, with its own node on a bus, instead of what was there; takes it out.
+    /// It is silent on a robot without a flange.
+    pub fn set_force_node(&mut self, node: Option<ForceNode>) {
+        self.force = node;
     }
 
     /// The wrist after the last substep; none where there is none.
@@ -265,8 +276,10 @@ impl SimRobot {
         self.mechanics
             .step(&mut self.plants, &self.commands, self.substep_s);
         let axes = self.drives.iter_mut().zip(&self.plants);
-        for ((on_bus, plant), motor_rad) in axes.zip(&mut self.motor_rad) {
+        let angles = self.motor_rad.iter_mut().zip(&mut self.links_rad);
+        for (axis, ((on_bus, plant), (motor_rad, links_rad))) in axes.zip(angles).enumerate() {
             *motor_rad = plant.angle_rad();
+            *links_rad = self.mechanics.links_rad(axis).unwrap_or(*motor_rad);
             if plant.is_hot() != on_bus.hot {
                 on_bus.heed(plant.is_hot());
             }
@@ -274,6 +287,15 @@ impl SimRobot {
         for OnBus { bus, drive, .. } in &mut self.drives {
             let bus = *bus;
             drive.poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
+        }
+        if let Some(node) = &mut self.force
+            && at_ns % force_sensor::PERIOD_NS < self.substep_ns
+            && let Some(wrist) = self.mechanics.wrist(&self.plants)
+        {
+            let bus = node.bus;
+            for frame in node.publish(&wrist) {
+                out(Sent { at_ns, bus, frame });
+            }
         }
     }
 

@@ -85,8 +85,8 @@ impl<const N: usize> Smooth<N> {
 
     /// Takes substeps of another length, which forgets the past.
     pub(super) fn pace(&mut self, dt_s: f64) {
-        // exact: the same number comes every time
-        if self.dt_s == dt_s {
+        // the same number comes every time
+        if self.dt_s.to_bits() == dt_s.to_bits() {
             return;
         }
         self.dt_s = dt_s;

@@ -172,3 +172,46 @@ fn receptors_break_as_they_are_told() {
     assert_eq!(robot.plant(2).unwrap().broken(), turn);
     assert_eq!(robot.plant(1).unwrap().sensed().count, 0);
 }
+
+#[test]
+fn a_force_sensor_publishes_every_two_milliseconds_on_its_bus() {
+    use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
+    use protocol::force_torque::{Receiver, SensorNumber};
+    let mut robot = SimRobot::new(irp6_track(1), 1).unwrap();
+    let number = SensorNumber::new(2).unwrap();
+    let sensor = ForceSensor::new(ForceSensorParameters::irp6(true, 1), 1);
+    robot.set_force_node(Some(ForceNode {
+        bus: 1,
+        number,
+        sensor,
+    }));
+    let mut receiver = Receiver::new(number);
+    let mut numbers = Vec::new();
+    robot.advance(20_000_000, &mut |sent| {
+        assert_eq!((sent.bus, sent.at_ns % 2_000_000), (1, 0));
+        numbers.extend(receiver.take(&sent.frame).map(|reading| reading.number));
+    });
+    assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+    robot.set_force_node(None);
+    robot.advance(40_000_000, &mut |_| panic!("nobody sends"));
+}
+
+#[test]
+fn the_links_of_a_gear_that_gives_hang_below_their_motor() {
+    use crate::plant::gear::Gear;
+    let mut robot = SimRobot::new(irp6_postument(1), 1).unwrap();
+    let gear = Gear {
+        stiffness_nm_rad: 5.0,
+        damping_nms_rad: 0.05,
+        backlash_rad: 0.02,
+    };
+    assert_eq!(robot.set_gear(1, Some(gear)), Ok(()));
+    robot.advance(1_000_000_000, &mut |_| ());
+    let sag = robot.links_rad()[1] - robot.motor_rad()[1];
+    // half of the backlash, and the twist of a weight of some tenths of 1 N·m
+    assert!(sag.abs() > 0.01 && sag.abs() < 0.2, "{sag}");
+    assert_eq!(
+        robot.links_rad()[0].to_bits(),
+        robot.motor_rad()[0].to_bits()
+    );
+}
