@@ -7,6 +7,7 @@ use robots::{Irp6Postument, Joints, MotorMotion, Polycrank, RobotKind};
 
 mod contact;
 mod gear;
+mod laws;
 
 const DT: f64 = 0.000_25;
 
