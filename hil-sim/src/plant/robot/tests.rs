@@ -215,3 +215,56 @@ fn the_links_of_a_gear_that_gives_hang_below_their_motor() {
         robot.motor_rad()[0].to_bits()
     );
 }
+
+#[test]
+fn a_braked_arm_that_touches_something_feels_it_in_its_wrist() {
+    use crate::plant::contact::{Obstacle, Shape, Surface, Tip};
+    use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters, Six};
+    use nalgebra::Vector3;
+    use protocol::force_torque::{Receiver, SensorNumber};
+    let mut robot = SimRobot::new(irp6_postument(1), 1).unwrap();
+    robot.advance(1_000_000, &mut |_| ());
+    let tip = Tip {
+        centre_m: Vector3::new(0.0, 0.0, 0.25),
+        radius_m: 0.0,
+    };
+    let flange = robot.wrist().unwrap().flange;
+    let end = flange.position + flange.rotation * tip.centre_m;
+    // a wall across the tool's axis, 0.1 mm before the tip's end
+    let along = flange.rotation.column(2).into_owned();
+    let wall = Obstacle {
+        shape: Shape::HalfSpace {
+            point: end - along * 0.000_1,
+            normal: -along,
+        },
+        surface: Surface::METAL,
+    };
+    let number = SensorNumber::new(0).unwrap();
+    let p = ForceSensorParameters {
+        bias: Six::zeros(),
+        noise: Six::zeros(),
+        ..ForceSensorParameters::irp6(false, 1)
+    };
+    robot.set_force_node(Some(ForceNode {
+        bus: 0,
+        number,
+        sensor: ForceSensor::new(p, 1),
+    }));
+    let mut receiver = Receiver::new(number);
+    let mut last = None;
+    let mut take = |sent: Sent| last = receiver.take(&sent.frame).or(last);
+    robot.advance(50_000_000, &mut take);
+    assert!(robot.surround(vec![wall], tip));
+    let mut after = None;
+    let mut receiver = Receiver::new(number);
+    let mut take = |sent: Sent| after = receiver.take(&sent.frame).or(after);
+    robot.advance(100_000_000, &mut take);
+    let (before, after) = (last.unwrap().force_n(), after.unwrap().force_n());
+    // 1e5 N/m · 0.1 mm along the axis, and nothing across it; brakes hold
+    let change: [f64; 3] = core::array::from_fn(|k| after[k] - before[k]);
+    assert!(
+        change[0].abs() < 0.03 && change[1].abs() < 0.03,
+        "{change:?}"
+    );
+    assert!((change[2] + 10.0).abs() < 0.03, "{change:?}");
+}

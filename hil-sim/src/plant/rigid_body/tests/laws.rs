@@ -77,7 +77,7 @@ fn the_momentum_about_the_vertical_stays() {
     }
     let end = momentum(&arm);
     println!("momentum {begin} and {end}, the base axis by {turned} rad/s");
-    // started at speed, the first windows are of low order
+    // started at speed, the first windows are of low order: measured 1e-6
     assert!(turned > 0.5 && begin.abs() > 0.1);
-    assert!((end / begin - 1.0).abs() < 1e-4, "{begin} {end}");
+    assert!((end / begin - 1.0).abs() < 1e-5, "{begin} {end}");
 }
