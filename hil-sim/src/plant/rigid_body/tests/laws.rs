@@ -81,3 +81,30 @@ fn the_momentum_about_the_vertical_stays() {
     assert!(turned > 0.5 && begin.abs() > 0.1);
     assert!((end / begin - 1.0).abs() < 1e-5, "{begin} {end}");
 }
+
+/// Full torque to and fro at random, with and without friction: faster than any arm could bear, and still numbers.
+#[test]
+fn no_torque_makes_an_arm_leave_the_numbers() {
+    for seed in 0..6 {
+        let mut random = SplitMix64::stream(seed, "torque", 0);
+        let mut arm = Arm::new(Polycrank, RobotKind::Polycrank, &SWING, DT, |p| {
+            if seed % 2 == 0 {
+                frictionless(p);
+            }
+        });
+        for _ in 0..400 {
+            let commands = [(); 7].map(|()| Drive {
+                torque_nm: if random.coin() { 1e9 } else { -1e9 },
+                release_brake: true,
+            });
+            arm.run(0.01, &commands);
+        }
+        let motion = arm.motion();
+        let fastest = motion
+            .velocity
+            .iter()
+            .fold(0.0, |a: f64, v| if v.abs() > a { v.abs() } else { a });
+        println!("{seed}: {fastest} rad/s, order {}", arm.body.smooth.order());
+        assert!(fastest.is_finite() && arm.energy()[0].is_finite());
+    }
+}
