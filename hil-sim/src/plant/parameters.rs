@@ -8,6 +8,7 @@ use core::f64::consts::TAU;
 use super::axis::PlantParameters;
 use super::commissioning::{Inertia, inertias};
 use super::mechanics::{Apart, Mechanics};
+use super::motor::Winding;
 use super::random::SplitMix64;
 use super::rigid_body::RigidBody;
 use crate::drive::parameters::DriveParameters;
@@ -81,8 +82,38 @@ fn peak_a(axis: &AxisDescription) -> f64 {
     axis.current_regulator.limit_ma * 1e-3
 }
 
+/// The windings of the arms' motors. MRROC++ (`hi_moxa.h`): 48 V. ASSUMED: 1 Ω, with which its regulators are stable
+/// on every axis (2 Ω is not), an electrical time constant of 1 ms, and the heat of a servo motor of some
+/// 200 W: 32 s for the winding and 22 min for the housing, which at rated current (a quarter of the peak) ends at
+/// 95 K above the air; insulation of class F with 20 K in hand.
+const ARM_WINDING: Winding = Winding {
+    resistance_ohm: 1.0,
+    inductance_h: 0.001,
+    supply_v: 48.0,
+    winding_j_k: 40.0,
+    housing_j_k: 600.0,
+    winding_housing_k_w: 0.8,
+    housing_air_k_w: 2.2,
+    air_c: 20.0,
+    trip_c: 135.0,
+};
+
+/// What is known of a robot's windings: those of the others nobody published, and nothing about them can be
+/// concluded from their regulators.
+const fn winding(kind: RobotKind) -> Option<Winding> {
+    match kind {
+        RobotKind::Irp6Track | RobotKind::Irp6Postument | RobotKind::Irp6Arm => Some(ARM_WINDING),
+        RobotKind::Polycrank
+        | RobotKind::Conveyor
+        | RobotKind::Irp6TrackGripper
+        | RobotKind::Irp6PostumentGripper
+        | RobotKind::Rnt => None,
+    }
+}
+
 /// An axis whose drive is tuned for `tuned_kg_m2`, or for rotor and load.
 fn axis(
+    kind: RobotKind,
     description: &AxisDescription,
     tuned_kg_m2: Option<f64>,
     bus: u8,
@@ -102,13 +133,19 @@ fn axis(
         inertia_kg_m2: inertia,
         viscous_nms_rad: motor.viscous_nms_rad,
         coulomb_nm: motor.coulomb_nm,
+        // nobody knows more of their friction
+        stiction_nm: 0.0,
+        stribeck_rad_s: 1.0,
         // ASSUMED: a holding brake is chosen for the motor's peak torque.
         brake_nm: 1.5 * peak_a * motor.torque_constant_nm_a,
         // ASSUMED: a quarter above the regulator's clamp.
         current_limit_a: 1.25 * peak_a,
         // ASSUMED: a 500 Hz current loop.
         current_time_s: 0.000_3,
+        winding: winding(kind),
         increments_per_turn: description.increments_per_turn,
+        // ASSUMED: gated.
+        index_increments: 1,
         absolute: description.homing == AxisHoming::Absolute,
         switch_rad: match description.homing {
             AxisHoming::Switch { .. } => SWITCH_RAD,
@@ -172,10 +209,11 @@ fn axis(
 /// axes each on its own.
 #[must_use]
 pub fn robot(kind: RobotKind, seed: u64) -> RobotSetup {
-    kind.visit(TrackRule::Keep, Setup { seed })
+    kind.visit(TrackRule::Keep, Setup { kind, seed })
 }
 
 struct Setup {
+    kind: RobotKind,
     seed: u64,
 }
 
@@ -198,6 +236,7 @@ impl RobotVisitor for Setup {
             .zip(1_u8..)
             .map(|((k, (description, bus)), node)| {
                 axis(
+                    self.kind,
                     description,
                     tuned.map(|tuned| tuned[k]),
                     bus,
