@@ -542,12 +542,11 @@ fn scaled<const N: usize>(
         return Err(count::<N>(speeds.acceleration.len()));
     }
     let mut out = *limits;
-    for (k, ((l, v), a)) in out
-        .iter_mut()
-        .zip(&speeds.velocity)
-        .zip(&speeds.acceleration)
-        .enumerate()
-    {
+    for (k, ((l, v), a)) in (0..N).zip(
+        out.iter_mut()
+            .zip(&speeds.velocity)
+            .zip(&speeds.acceleration),
+    ) {
         let index = u8::try_from(k).unwrap_or(u8::MAX);
         let (v, a) = (
             bounded(index, *v, 1.0)? * slow,
@@ -583,11 +582,9 @@ fn bounded(index: u8, value: f32, upper: f64) -> Result<f64, Refusal> {
 
 fn pose(message: &PoseMessage) -> Result<Pose, Refusal> {
     let all = message.position_m.iter().chain(&message.rotation_rad);
-    for (k, value) in all.enumerate() {
+    for (index, value) in (0..u8::MAX).zip(all) {
         if !value.is_finite() {
-            return Err(Refusal::NotFinite {
-                index: u8::try_from(k).unwrap_or(u8::MAX),
-            });
+            return Err(Refusal::NotFinite { index });
         }
     }
     Ok(Pose::from_rotation_vector(

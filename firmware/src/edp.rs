@@ -514,7 +514,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let ts = self.setup.servo_step_s;
         let computed = self.computed_currents(setpoint);
         let offsets = self.torque_offsets(setpoint);
-        for (k, axis) in self.axes.iter_mut().enumerate() {
+        for (k, axis) in (0..N).zip(&mut self.axes) {
             let Some(link) = self.drives.link_mut(k) else {
                 continue;
             };

@@ -255,8 +255,9 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
         };
         match heading {
             Heading::Forward if drained && b.ends && self.inner.s >= b.s => {
-                if self.window.cell(self.inner.cell + 2).is_some() {
-                    self.inner.cell += 2;
+                let after = self.inner.cell.saturating_add(2);
+                if self.window.cell(after).is_some() {
+                    self.inner.cell = after;
                     self.renew();
                 }
             }
@@ -309,9 +310,9 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
                 {
                     break;
                 }
-                surveys += 1;
+                surveys = surveys.saturating_add(1);
             }
-            self.front += 1;
+            self.front = self.front.saturating_add(1);
         }
         if self.front > known {
             let (cell, front) = (self.inner.cell, self.front);
@@ -334,8 +335,9 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
         let at = self.window.get(wall.record);
         let at_wall = at.is_none_or(|r| side * (r.s - self.inner.s) <= 0.0);
         // where the next piece, or the next sample of this one, is not known
-        let nothing = at.is_none_or(|r| !r.ends || self.window.cell(wall.record + 1).is_none());
-        let last = self.finished && wall.record + 1 >= self.window.len();
+        let after = wall.record.saturating_add(1);
+        let nothing = at.is_none_or(|r| !r.ends || self.window.cell(after).is_none());
+        let last = self.finished && after >= self.window.len();
         if forward && at_wall && last && nothing {
             Status::Done
         } else if feed_override.abs() <= 0.0 {

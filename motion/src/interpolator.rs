@@ -99,7 +99,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// # Errors
     /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
     pub fn new(axes: [AxisEnvelope; N], hold: [f64; N]) -> Result<Self, EnvelopeError> {
-        for (axis, (envelope, p)) in axes.iter().zip(&hold).enumerate() {
+        for (axis, (envelope, p)) in (0..N).zip(axes.iter().zip(&hold)) {
             envelope.validate(axis)?;
             if !p.is_finite() {
                 return Err(EnvelopeError::Hold { axis });
@@ -229,7 +229,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     }
 
     fn bounded(&self, steps: &[f64; N]) -> Result<(), PushError> {
-        for (axis, (step, envelope)) in steps.iter().zip(&self.axes).enumerate() {
+        for (axis, (step, envelope)) in (0..N).zip(steps.iter().zip(&self.axes)) {
             let (value, limit) = (step.abs(), envelope.acceleration_step);
             if value > limit {
                 return Err(PushError::AccelerationStep { axis, value, limit });

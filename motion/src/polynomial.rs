@@ -102,7 +102,7 @@ impl Points {
     fn push(&mut self, u: f64) {
         if let Some(place) = self.at.get_mut(self.count) {
             *place = u;
-            self.count += 1;
+            self.count = self.count.saturating_add(1);
         }
     }
 

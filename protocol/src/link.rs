@@ -245,8 +245,14 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
     /// stale.
     pub fn set_lease(&mut self, epoch: u32) {
         self.lease_epoch = epoch;
-        self.checks
-            .retain(|check| !matches!(Kind::of(check.port), Some((Kind::Command, _))));
+        let mut kept = heapless::Vec::new();
+        for check in &self.checks {
+            if !matches!(Kind::of(check.port), Some((Kind::Command, _))) {
+                // as many places as before
+                let _ = kept.push(*check);
+            }
+        }
+        self.checks = kept;
     }
 
     /// What was noticed so far.

@@ -137,9 +137,15 @@ pub const fn padded_length(len: usize, mtu: Mtu) -> usize {
         mtu.padded_chunk(len)
     } else {
         let total = len.saturating_add(CRC_LEN);
-        let full = (total - 1) / capacity;
-        let last = total - full * capacity;
-        (full * capacity + mtu.padded_chunk(last)).saturating_sub(CRC_LEN)
+        // all frames but the last are full, and the last is not empty
+        let last = match total.checked_rem(capacity) {
+            Some(0) | None => capacity,
+            Some(last) => last,
+        };
+        total
+            .saturating_sub(last)
+            .saturating_add(mtu.padded_chunk(last))
+            .saturating_sub(CRC_LEN)
     }
 }
 
@@ -211,7 +217,8 @@ impl<'a> Transmitter<'a> {
         if index < self.padded {
             self.payload.get(index).copied().unwrap_or(0)
         } else {
-            self.crc.get(index - self.padded).copied().unwrap_or(0)
+            let index = index.saturating_sub(self.padded);
+            self.crc.get(index).copied().unwrap_or(0)
         }
     }
 }
@@ -235,7 +242,7 @@ impl Iterator for Transmitter<'_> {
             transfer_id: self.transfer_id,
         };
         let mut data = [0u8; crate::frame::MAX_DATA];
-        for (index, byte) in data.iter_mut().take(chunk).enumerate() {
+        for (index, byte) in (0..chunk).zip(&mut data) {
             *byte = self.byte(self.sent.saturating_add(index));
         }
         if let Some(last) = data.get_mut(chunk) {

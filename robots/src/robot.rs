@@ -36,7 +36,7 @@ impl<const N: usize> Inverse<N> {
         };
         for (slot, branch) in inverse.branches.iter_mut().skip(1).zip(found) {
             *slot = branch;
-            inverse.count += 1;
+            inverse.count = inverse.count.saturating_add(1);
         }
         inverse.nearest = inverse.nearest_where(near, |_| true)?;
         Some(inverse)
@@ -217,7 +217,7 @@ pub trait Robot<const N: usize> {
     /// [`KinematicError::Limit`] of the first axis outside, or [`KinematicError::NotFinite`].
     fn check_joints(&self, joints: &Joints<N>) -> Result<(), KinematicError> {
         finite(&joints.0)?;
-        for (axis, (value, data)) in joints.0.iter().zip(&self.description().axes).enumerate() {
+        for (axis, (value, data)) in (0..N).zip(joints.0.iter().zip(&self.description().axes)) {
             let range = data.joint_position;
             if !range.contains(*value) {
                 return Err(KinematicError::Limit {
@@ -239,7 +239,7 @@ pub trait Robot<const N: usize> {
     /// [`KinematicError::Limit`] of the first axis outside, or [`KinematicError::NotFinite`].
     fn check_motors(&self, motors: &Motors<N>) -> Result<(), KinematicError> {
         finite(&motors.0)?;
-        for (axis, (value, data)) in motors.0.iter().zip(&self.description().axes).enumerate() {
+        for (axis, (value, data)) in (0..N).zip(motors.0.iter().zip(&self.description().axes)) {
             let range = data.motor_position;
             if !range.contains(*value) {
                 return Err(KinematicError::Limit {

@@ -1,9 +1,11 @@
 //! An MP of a few lines: it commands one robot in lock step and lets the [`Watch`] look on.
 
+use crate::emulator::node::in_process;
 use crate::watch::Watch;
+use board::boot::Boot;
 use bus::wire::Kind;
-use firmware::Station;
-use firmware::process::drive_buses;
+use firmware::process::{NodeProcess, drive_buses};
+use firmware::{DriveAddress, Station};
 use hil_sim::cell::Cell;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
@@ -56,7 +58,6 @@ impl Coordinator {
     /// If the cell cannot be built.
     #[must_use]
     pub fn as_fast_as(kind: RobotKind, law: ServoLaw, seed: u64, factor: f64) -> Self {
-        let mut cell = Cell::new(Kind::Fd);
         let station = Station {
             effector: 1,
             unique_id: seed,
@@ -66,11 +67,40 @@ impl Coordinator {
             one_wire: false,
             track: TrackRule::Keep,
         };
-        cell.add(kind, &station, &drive_buses(kind), seed)
+        let boot = Boot {
+            now: Micros(0),
+            kind,
+            station,
+            buses: drive_buses(kind),
+        };
+        let (node, drives) = in_process(&boot).expect("a node");
+        Self::with_node(&boot, node, &drives)
+    }
+
+    /// A robot just switched on, with a node of one's own that was booted so.
+    ///
+    /// # Panics
+    /// If the cell cannot be built.
+    #[must_use]
+    pub fn with_node(
+        boot: &Boot,
+        node: Box<dyn NodeProcess + Send>,
+        drives: &[DriveAddress],
+    ) -> Self {
+        let (kind, station) = (boot.kind, &boot.station);
+        let mut cell = Cell::new(Kind::Fd);
+        cell.add_node(kind, node, drives, station.unique_id)
             .expect("a cell of one robot");
         Self {
             cell,
-            watch: Watch::new(kind, 1, law, factor, 1, &drive_buses(kind)),
+            watch: Watch::new(
+                kind,
+                1,
+                station.law,
+                station.velocity_factor,
+                1,
+                &boot.buses,
+            ),
             talks: true,
             node: NodeId::effector(1).expect("the first effector"),
             link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd),
@@ -151,6 +181,15 @@ impl Coordinator {
     /// # Panics
     /// Without a reply.
     pub fn request(&mut self, request: &Request) -> Reply {
+        let reply = self.try_request(request);
+        reply.unwrap_or_else(|| panic!("no reply to {request:?}"))
+    }
+
+    /// Sends a request now and waits for its reply, if any comes.
+    ///
+    /// # Panics
+    /// If it cannot be sent.
+    pub fn try_request(&mut self, request: &Request) -> Option<Reply> {
         let mut frames = Vec::new();
         let sent = self
             .link
@@ -163,10 +202,10 @@ impl Coordinator {
         for _ in 0..5 {
             self.macrostep();
             if let Some(reply) = self.reply.take() {
-                return reply;
+                return Some(reply);
             }
         }
-        panic!("no reply to {request:?}");
+        None
     }
 
     /// Lets macrosteps pass until the feedback shows something.
@@ -233,10 +272,18 @@ impl Coordinator {
     }
 
     /// Begins an instruction; what the node replies.
+    ///
+    /// # Panics
+    /// Without a reply.
     pub fn begin(&mut self, instruction: Instruction) -> Reply {
+        self.try_begin(instruction).expect("a reply")
+    }
+
+    /// Begins an instruction; what the node replies, if anything.
+    pub fn try_begin(&mut self, instruction: Instruction) -> Option<Reply> {
         self.next_id += 1;
         let (id, epoch) = (self.next_id, self.epoch);
-        self.request(&Request::Execute {
+        self.try_request(&Request::Execute {
             epoch,
             id,
             start_at: Micros(0),

@@ -1,8 +1,11 @@
 //! A whole task in this process: the Master Process and the cell, coupled without the operator's
 //! command, while somebody looks on.
 
+use crate::emulator::node::in_process;
+use board::boot::Boot;
 use bus::wire::Kind;
 use firmware::Station;
+use firmware::process::NodeProcess;
 use hil_sim::cell::{Cell, Observer};
 use host::program::{Run, RunError, RunStatus, config_of};
 use host::task::{BusKind, Task};
@@ -36,6 +39,18 @@ impl<A: Observer, B: Observer> Observer for Both<A, B> {
 /// # Panics
 /// If the task's cell cannot be simulated, a frame found no room, or the task hangs.
 pub fn run(task: Task, observer: &mut impl Observer) -> (Option<RunError>, Cell) {
+    run_with(task, observer, &mut |_| None)
+}
+
+/// The same, with nodes of one's own for some of the robots.
+///
+/// # Panics
+/// As [`run`].
+pub fn run_with(
+    task: Task,
+    observer: &mut impl Observer,
+    own: &mut impl FnMut(&Boot) -> Option<Box<dyn NodeProcess + Send>>,
+) -> (Option<RunError>, Cell) {
     let mut config = config_of(&task.cell).expect("a cell that tasks can describe");
     config.trace_every = 1;
     let classic = task.cell.buses.iter().zip(0..).any(|(bus, index)| {
@@ -62,7 +77,15 @@ pub fn run(task: Task, observer: &mut impl Observer) -> (Option<RunError>, Cell)
                 buses[*axis] = number;
             }
         }
-        cell.add(spec.kind, &station, &buses, task.seed)
+        let boot = Boot {
+            now: cell.now(),
+            kind: spec.kind,
+            station,
+            buses: buses.into_iter().collect(),
+        };
+        let (node, drives) = in_process(&boot).expect("a node that can be built");
+        let node = own(&boot).unwrap_or(node);
+        cell.add_node(spec.kind, node, &drives, task.seed)
             .expect("a cell that can be built");
     }
     let mut run = Run::new(task, None, config, 1).expect("a configuration that can be used");

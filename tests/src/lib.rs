@@ -8,11 +8,13 @@
 //! | [`job`] | a whole task in this process, looked on |
 //! | [`watch`] | the independent observer of set-points: limits by finite differences |
 //! | [`digest`] | a record as one number |
+//! | [`emulator`] | the node on an emulated microcontroller |
 #![forbid(unsafe_code)]
 
 pub mod binary;
 pub mod coordinator;
 pub mod digest;
+pub mod emulator;
 pub mod job;
 pub mod watch;
 

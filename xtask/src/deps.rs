@@ -37,6 +37,7 @@ const PROTOCOL: &str = "mrroc-protocol";
 const BUS: &str = "mrroc-bus";
 const PROCESS: &str = "mrroc-process";
 const FIRMWARE: &str = "mrroc-firmware";
+const BOARD: &str = "mrroc-board";
 const HIL_SIM: &str = "mrroc-hil-sim";
 const HOST: &str = "mrroc-host";
 
@@ -50,6 +51,12 @@ const RULES: &[Rule] = &[
         FIRMWARE,
         "firmware",
         &[AGENT, MOTION, ROBOTS, PROTOCOL],
+        true,
+    ),
+    pure(
+        BOARD,
+        "firmware/boards/common",
+        &[PROTOCOL, ROBOTS, FIRMWARE],
         true,
     ),
     rim(BUS, "bus", Imports::Only(&[PROTOCOL])),
@@ -311,6 +318,7 @@ mod test {
             BUS,
             PROCESS,
             FIRMWARE,
+            BOARD,
             "mrroc-node",
             HIL_SIM,
             HOST,
@@ -391,7 +399,10 @@ mod test {
                 .iter()
                 .all(|f| f.ends_with("lib.rs lacks #![no_std]"))
         );
-        assert_eq!(findings(&workspace(), "#![no_std]\n").len(), 5);
+        assert_eq!(
+            findings(&workspace(), "#![no_std]\n").len(),
+            no_std_packages().count()
+        );
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! | [`text`] | what no file of the repository may contain |
 //! | [`fault_pages`] | every fault code has its page, every page its code |
 //! | [`no_std`] | the crates of the microcontroller, built for one |
+//! | [`hil_qemu`] | the node as an image on an emulated microcontroller |
 //! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
 //! | [`ci`] | every check above, the build, the main job and the tests |
@@ -19,6 +20,7 @@ mod bench_motion;
 mod ci;
 mod deps;
 mod fault_pages;
+mod hil_qemu;
 mod lint;
 mod no_std;
 mod report;
@@ -52,6 +54,15 @@ enum Task {
     Docs,
     /// Build the microcontroller's crates for a bare-metal target
     NoStd,
+    /// Run the node's image on an emulated microcontroller, in the loop with the simulated world
+    ///
+    /// The arguments are those of the comparison: --traces N, --task TASK.toml, --log, --bless; `-- --help`
+    /// tells more. It needs qemu-system-arm and a C compiler.
+    HilQemu {
+        /// Passed to the comparison
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Measure what a step, a message and the main job cost
     Bench {
         /// Print one JSON object instead of a Markdown table
@@ -80,6 +91,9 @@ fn main() -> ExitCode {
         Task::Lint => lint::run_all(&mut report),
         Task::Docs => report.run("docs", fault_pages::check),
         Task::NoStd => report.run("no-std", no_std::check),
+        Task::HilQemu { arguments } => {
+            report.run("hil-qemu", || hil_qemu::check(&arguments));
+        }
         Task::Bench { json } => report.run("bench", || bench::run(json)),
         Task::BenchMotion { arguments } => {
             report.run("bench-motion", || bench_motion::run(&arguments));

@@ -9,7 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Cortex-M4F: the weakest processor the firmware is meant for.
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// The linker that comes with Rust, where it does.
+const HOST_LINKER: &str = "x86_64-unknown-linux-gnu/bin/rust-lld";
 
 /// Where a system's own Rust lives, which comes with the sources of the standard library.
 const SYSTEM: &str = "/usr";
@@ -18,20 +21,11 @@ const SYSTEM: &str = "/usr";
 /// `core` compiled from a toolchain's sources. No dependency may have its `std` feature on.
 pub(crate) fn check() -> Result<Findings> {
     let mut findings = std_features()?;
-    let own = sysroot()?;
-    if own.join("lib/rustlib").join(TARGET).join("lib").is_dir() {
-        findings.extend(build(&mut cargo(&[]), &[])?);
-        return Ok(findings);
-    }
-    let with_sources = [own, PathBuf::from(SYSTEM)]
-        .into_iter()
-        .find(|r| r.join("lib/rustlib/src/rust/library/core").is_dir());
-    if let Some(toolchain) = with_sources {
-        let mut from_sources = toolchain_cargo(&toolchain)?;
-        findings.extend(build(
-            &mut from_sources,
-            &["-Zbuild-std=core", "--target-dir", "target/core"],
-        )?);
+    if let Some((mut cargo, mut more)) = bare_metal_cargo()? {
+        if !more.is_empty() {
+            more.extend(["--target-dir", "target/core"]);
+        }
+        findings.extend(build(&mut cargo, &more)?);
     } else {
         findings.push(format!(
             "not built: neither the standard library of {TARGET} (rustup target add {TARGET}) nor \
@@ -39,6 +33,27 @@ pub(crate) fn check() -> Result<Findings> {
         ));
     }
     Ok(findings)
+}
+
+/// A cargo, and what else its command line needs, that can build for [`TARGET`]: ours where the target's
+/// library is installed, else one of a toolchain with the sources of `core`; nothing if there is neither.
+pub(crate) fn bare_metal_cargo() -> Result<Option<(Command, Vec<&'static str>)>> {
+    let own = sysroot()?;
+    if own.join("lib/rustlib").join(TARGET).join("lib").is_dir() {
+        return Ok(Some((cargo(&[]), vec![])));
+    }
+    let with_sources = [own, PathBuf::from(SYSTEM)]
+        .into_iter()
+        .find(|r| r.join("lib/rustlib/src/rust/library/core").is_dir());
+    let Some(toolchain) = with_sources else {
+        return Ok(None);
+    };
+    let mut cargo = toolchain_cargo(&toolchain)?;
+    if !toolchain.join("lib/rustlib").join(HOST_LINKER).is_file() {
+        // a system's own Rust has its linker elsewhere
+        cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
+    }
+    Ok(Some((cargo, vec!["-Zbuild-std=core"])))
 }
 
 fn build(cargo: &mut Command, more: &[&str]) -> Result<Findings> {

@@ -20,12 +20,12 @@ impl<R, const N: usize, P: Programs<N>> Ecp<R, N, P> {
                 state: NodeState::Holding,
             });
         }
-        for (number, element) in (first..).zip(elements) {
+        for (number, element) in (first..u32::MAX).zip(elements) {
             if number == self.path_next && self.path.push_back(*element).is_ok() {
                 self.path_next = self.path_next.saturating_add(1);
             }
         }
-        let room = PATH_INBOX - self.path.len();
+        let room = PATH_INBOX.saturating_sub(self.path.len());
         Ok((self.path_next, u16::try_from(room).unwrap_or(u16::MAX)))
     }
 

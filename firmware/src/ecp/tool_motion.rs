@@ -227,7 +227,7 @@ fn step(point: &PathPoint) -> f64 {
 /// Are these the same joints?
 #[expect(clippy::cast_possible_truncation, reason = "a report")]
 fn beside<const N: usize>(begin: &Joints<N>, here: &Joints<N>) -> Result<(), Refusal> {
-    for (axis, (begin, here)) in begin.0.iter().zip(&here.0).enumerate() {
+    for (axis, (begin, here)) in (0..N).zip(begin.0.iter().zip(&here.0)) {
         if libm::fabs(begin - here) > BESIDE {
             return Err(Refusal::OutOfRange {
                 index: u8::try_from(axis).unwrap_or(u8::MAX),

@@ -298,7 +298,11 @@ impl<const N: usize> ToolPath<N> {
         let mut sharpest = self.path.at(s).ok_or(Refusal::Unreachable)?;
         let (from, to) = (s - self.grid, s + self.grid);
         let short = SHORT * self.grid;
-        let middles: heapless::Vec<f64, 8> = self.path.short_between(from, to, short).collect();
+        let mut middles = heapless::Vec::<f64, 8>::new();
+        for middle in self.path.short_between(from, to, short) {
+            // at most eight
+            let _ = middles.push(middle);
+        }
         for middle in middles {
             if let Some(point) = self
                 .path

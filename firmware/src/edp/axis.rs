@@ -88,7 +88,7 @@ impl Axis {
         reason = "2^53 units are years of turning"
     )]
     pub fn rad(&self, units: i64) -> f64 {
-        (units - self.zero) as f64 / self.constants.units_per_rad
+        units.saturating_sub(self.zero) as f64 / self.constants.units_per_rad
     }
 
     /// Drive units of a motor angle, rounded to the nearest.
@@ -98,7 +98,8 @@ impl Axis {
         reason = "saturates beyond years of turning"
     )]
     pub fn units(&self, rad: f64) -> i64 {
-        libm::round(rad * self.constants.units_per_rad) as i64 + self.zero
+        let units = libm::round(rad * self.constants.units_per_rad) as i64;
+        units.saturating_add(self.zero)
     }
 
     /// Measured motor angle, rad.
@@ -110,7 +111,7 @@ impl Axis {
     /// Measured position relative to zero, drive units.
     #[must_use]
     pub const fn actual_from_zero(&self) -> i64 {
-        self.actual - self.zero
+        self.actual.saturating_sub(self.zero)
     }
 
     /// The demand that belongs to the measured position, relative to zero, drive units.
@@ -120,17 +121,24 @@ impl Axis {
     #[must_use]
     pub const fn demand_from_zero(&self) -> i64 {
         let [now, _, before] = self.demands;
-        (match self.law {
+        let demand = match self.law {
             ServoLaw::DrivePosition => before,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => now,
-        }) - self.zero
+        };
+        demand.saturating_sub(self.zero)
     }
 
     /// The demand just made, relative to zero, drive units.
     #[must_use]
     pub const fn latest_demand_from_zero(&self) -> i64 {
         let [now, ..] = self.demands;
-        now - self.zero
+        now.saturating_sub(self.zero)
+    }
+
+    /// Demand minus actual of the same instant, drive units.
+    const fn following_error(&self) -> i64 {
+        self.demand_from_zero()
+            .saturating_sub(self.actual_from_zero())
     }
 
     /// Demand minus actual of the same instant, rad.
@@ -140,7 +148,7 @@ impl Axis {
         reason = "2^53 units are years of turning"
     )]
     pub fn following_error_rad(&self) -> f64 {
-        (self.demand_from_zero() - self.actual_from_zero()) as f64 / self.constants.units_per_rad
+        self.following_error() as f64 / self.constants.units_per_rad
     }
 
     /// Greatest following error since it was last asked for, drive units.
@@ -166,7 +174,8 @@ impl Axis {
     pub fn measure(&mut self, units: i32, torque: i16) -> bool {
         self.mean_torque += (f64::from(torque) - self.mean_torque) / MEAN_STEPS;
         let units = self.unwrapped(units);
-        let plausible = !self.known || (units - self.actual).abs() <= self.constants.jump_units;
+        let plausible = !self.known
+            || units.saturating_sub(self.actual).saturating_abs() <= self.constants.jump_units;
         self.actual = units;
         self.known = true;
         plausible
@@ -242,7 +251,7 @@ impl Axis {
         self.demands = [units, previous, before];
         let follows = state == Some(PowerState::OperationEnabled);
         if follows {
-            let error = (self.demand_from_zero() - self.actual_from_zero()).unsigned_abs();
+            let error = self.following_error().unsigned_abs();
             let error = u32::try_from(error).unwrap_or(u32::MAX);
             if error > self.following_error_max {
                 self.following_error_max = error;
@@ -262,7 +271,7 @@ impl Axis {
             _ if !follows => 0.0,
             ServoLaw::Original => {
                 // The increments since the last step and, in them, what was left of the error.
-                let demanded = increments(units - previous);
+                let demanded = increments(units.saturating_sub(previous));
                 let measured = increments(self.original.moved(self.actual));
                 self.constants
                     .original

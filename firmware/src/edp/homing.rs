@@ -226,7 +226,7 @@ impl AxisHoming {
         if raw == self.switch {
             self.seen = 0;
         } else {
-            self.seen += 1;
+            self.seen = self.seen.saturating_add(1);
             if self.seen >= DEBOUNCE {
                 self.switch = raw;
                 self.seen = 0;

@@ -103,7 +103,7 @@ impl<const N: usize> Gate<N> {
     /// The first violation, in the order of the axes; nothing is remembered then.
     pub fn pass(&mut self, positions: &[f64; N], bounds: &[Bounds; N]) -> Result<(), Violation> {
         let mut next = self.past;
-        for (axis, ((p, b), past)) in positions.iter().zip(bounds).zip(&mut next).enumerate() {
+        for (axis, ((p, b), past)) in (0..N).zip(positions.iter().zip(bounds).zip(&mut next)) {
             let fail = |quantity, value, limit| {
                 Err(Violation {
                     axis,

@@ -55,7 +55,7 @@ impl OriginalState {
 
     /// How far the axis has moved since the last step, drive units.
     pub fn moved(&mut self, actual: i64) -> i64 {
-        actual - self.last_actual.replace(actual).unwrap_or(actual)
+        actual.saturating_sub(self.last_actual.replace(actual).unwrap_or(actual))
     }
 }
 

@@ -25,9 +25,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Begin homing the next axis in the robot's order, from `turn` on.
     pub(super) fn home_next(&mut self, turn: usize) {
         let order = self.robot.description().homing.order;
-        let next = order
-            .iter()
-            .enumerate()
+        let next = (0..order.len())
+            .zip(&order)
             .skip(turn)
             .find(|(_, k)| self.axes.get(**k).is_some_and(|axis| !axis.homed));
         let Some((turn, axis)) = next else {

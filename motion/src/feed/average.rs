@@ -68,7 +68,7 @@ impl<const M: usize> Average<M> {
             phase.j = (now.a - slot.a) / plan.tau;
             *slot = now;
         }
-        self.oldest += 1;
+        self.oldest = self.oldest.saturating_add(1);
         if self.oldest >= plan.averaged {
             self.oldest = 0;
         }

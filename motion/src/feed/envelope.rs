@@ -118,9 +118,9 @@ impl<const N: usize, const W: usize> Window<N, W> {
             (span.high, x)
         };
         let (near, far) = if forward {
-            (cell, cell + 1)
+            (cell, cell.saturating_add(1))
         } else {
-            (cell + 1, cell)
+            (cell.saturating_add(1), cell)
         };
         if let Some(r) = self.get_mut(near) {
             r.envelope = larger(near_x, was);

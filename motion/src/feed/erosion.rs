@@ -120,13 +120,13 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let (start, end) = (*range.start(), *range.end());
         let known = self.common.take().filter(|common| start <= common.from);
         let mut common = known.unwrap_or_else(|| {
-            let from = (start + SHIFT).min(end);
+            let from = start.saturating_add(SHIFT).min(end);
             self.first_common(from, end)
         });
         for r in (common.until..=end).filter_map(|i| self.get(i)) {
             common.region.add(&r.allowed);
         }
-        common.until = common.until.max(end + 1);
+        common.until = common.until.max(end.saturating_add(1));
         let mut own = common.region.clone();
         for r in (start..common.from).filter_map(|i| self.get(i)) {
             own.add(&r.allowed);

@@ -130,7 +130,12 @@ impl Inner {
             }
             Heading::Backward => {
                 let cells = count(libm::ceil(larger(behind + back - b.s, 0.0) / plan.grid));
-                *all.start()..=(self.cell + 1).saturating_add(cells).min(*all.end())
+                *all.start()
+                    ..=self
+                        .cell
+                        .saturating_add(1)
+                        .saturating_add(cells)
+                        .min(*all.end())
             }
         }
     }
@@ -235,14 +240,18 @@ impl Inner {
                 break;
             }
             let last = if side > 0.0 {
-                cell + 1 >= wall.record
+                cell.saturating_add(1) >= wall.record
             } else {
                 cell <= wall.record
             };
             if last {
                 break;
             }
-            cell = if side > 0.0 { cell + 1 } else { cell - 1 };
+            cell = if side > 0.0 {
+                cell.saturating_add(1)
+            } else {
+                cell.saturating_sub(1)
+            };
         }
         u
     }
@@ -258,8 +267,12 @@ impl Inner {
                 return;
             };
             match self.heading {
-                Heading::Forward if self.s >= b.s && self.cell + 1 < wall.record => self.cell += 1,
-                Heading::Backward if self.s <= a.s && self.cell > wall.record => self.cell -= 1,
+                Heading::Forward if self.s >= b.s && self.cell.saturating_add(1) < wall.record => {
+                    self.cell = self.cell.saturating_add(1);
+                }
+                Heading::Backward if self.s <= a.s && self.cell > wall.record => {
+                    self.cell = self.cell.saturating_sub(1);
+                }
                 Heading::Forward | Heading::Backward => return,
             }
         }

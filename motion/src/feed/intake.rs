@@ -16,7 +16,8 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// How many samples will be taken now.
     #[must_use]
     pub fn room(&self) -> usize {
-        W - self.window.len() + self.droppable()
+        W.saturating_sub(self.window.len())
+            .saturating_add(self.droppable())
     }
 
     /// The smallest s to which the motion can go back.

@@ -40,7 +40,7 @@ impl Polygon {
 
     /// Two lines can cut without leaving out anything more.
     pub(super) fn has_room_for_two(&self) -> bool {
-        self.len + 2 <= CORNERS
+        self.len.saturating_add(2) <= CORNERS
     }
 
     /// Where |line·(u, x)| ≤ 1 does not hold, cuts such that it is at most `limit` ≤ 1.
@@ -88,7 +88,7 @@ impl Polygon {
     fn push(&mut self, corner: [f64; 2]) {
         if let Some(free) = self.corners.get_mut(self.len) {
             *free = corner;
-            self.len += 1;
+            self.len = self.len.saturating_add(1);
         }
     }
 
@@ -121,7 +121,7 @@ impl Polygon {
 
     fn drop_least(&mut self) {
         let (mut least, mut at) = (f64::INFINITY, self.len);
-        for (i, [before, corner, after]) in self.triples().enumerate() {
+        for (i, [before, corner, after]) in (0..self.len).zip(self.triples()) {
             let area = cross(difference(corner, before), difference(after, before));
             // those on x = 0 stay: (0, 0) is between them
             let [_, x] = corner;
@@ -133,7 +133,7 @@ impl Polygon {
             if let Some(rest) = self.corners.get_mut(at..self.len) {
                 rest.rotate_left(1);
             }
-            self.len -= 1;
+            self.len = self.len.saturating_sub(1);
         }
     }
 

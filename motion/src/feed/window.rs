@@ -53,8 +53,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
     }
 
     fn slot(&self, i: usize) -> usize {
-        let slot = self.head + i;
-        if slot < W { slot } else { slot - W }
+        let slot = self.head.saturating_add(i);
+        slot.checked_sub(W).unwrap_or(slot)
     }
 
     pub(super) fn get(&self, i: usize) -> Option<&Record<N>> {
@@ -74,13 +74,13 @@ impl<const N: usize, const W: usize> Window<N, W> {
 
     /// Both records of a cell.
     pub(super) fn cell(&self, i: usize) -> Option<(&Record<N>, &Record<N>)> {
-        Some((self.get(i)?, self.get(i + 1)?))
+        Some((self.get(i)?, self.get(i.checked_add(1)?)?))
     }
 
     pub(super) fn drop_oldest(&mut self) {
         if self.len > 0 {
             self.head = self.slot(1);
-            self.len -= 1;
+            self.len = self.len.saturating_sub(1);
             if let Some(common) = &mut self.common {
                 common.renumber();
             }
@@ -108,10 +108,10 @@ impl<const N: usize, const W: usize> Window<N, W> {
         let slot = self.slot(self.len);
         if let Some(free) = self.slots.get_mut(slot) {
             *free = Some(record);
-            self.len += 1;
+            self.len = self.len.saturating_add(1);
         }
         if !begins {
-            self.bound(self.len - 1);
+            self.bound(self.len.saturating_sub(1));
         }
     }
 
@@ -127,7 +127,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
         }
         for i in (0..newest).rev() {
             let growth = self.growth(i);
-            let after = self.get(i + 1).map_or(0.0, |r| r.reach);
+            let after = self.get(i.saturating_add(1)).map_or(0.0, |r| r.reach);
             let bound = after + growth;
             let lowered = self.get(i).is_some_and(|r| bound < r.reach);
             if lowered && let Some(r) = self.get_mut(i) {
@@ -184,13 +184,17 @@ impl<const N: usize, const W: usize> Window<N, W> {
     fn travel(&self, i: usize, plan: &Plan<N>, ahead: bool) -> Option<u16> {
         let until = plan.step + plan.tau;
         let (mut elapsed, mut way, mut sum, mut cells) = (0.0, 0.0, 0.0, 0u16);
-        let mut at = if ahead { i + 1 } else { i };
+        let mut at = if ahead { i.saturating_add(1) } else { i };
         let mut here = self.get(at)?;
         for _ in 0..W {
             if (ahead && here.ends) || (!ahead && (here.begins || at == 0)) {
                 return Some(cells);
             }
-            at = if ahead { at + 1 } else { at - 1 };
+            at = if ahead {
+                at.saturating_add(1)
+            } else {
+                at.saturating_sub(1)
+            };
             let next = self.get(at)?;
             let lasts = if ahead { here.lasts } else { next.lasts };
             here = next;
@@ -215,7 +219,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
     /// The samples that bear on a step in this cell, both its ends among them.
     pub(super) fn range(&self, i: usize) -> RangeInclusive<usize> {
         let (before, after) = self.get(i).map_or((0, 0), |r| (r.before, r.after));
-        i.saturating_sub(usize::from(before))..=i + 1 + usize::from(after)
+        let last = i.saturating_add(1).saturating_add(usize::from(after));
+        i.saturating_sub(usize::from(before))..=last
     }
 
     /// The least bound of |u| in some samples.
@@ -234,11 +239,11 @@ impl<const N: usize, const W: usize> Window<N, W> {
     pub(super) fn piece(&self, at: usize) -> (usize, usize) {
         let mut first = at;
         while first > 0 && self.get(first).is_some_and(|r| !r.begins) {
-            first -= 1;
+            first = first.saturating_sub(1);
         }
         let mut last = at;
-        while last + 1 < self.len && self.get(last).is_some_and(|r| !r.ends) {
-            last += 1;
+        while last.saturating_add(1) < self.len && self.get(last).is_some_and(|r| !r.ends) {
+            last = last.saturating_add(1);
         }
         (first, last)
     }

@@ -147,7 +147,7 @@ impl<const N: usize> Segment<N> {
         reach: &[(f64, f64); N],
     ) -> Option<Excess> {
         let each = self.coefficients.iter().zip(axes).zip(reach);
-        for (axis, ((c, envelope), (lower, upper))) in each.enumerate() {
+        for (axis, ((c, envelope), (lower, upper))) in (0..N).zip(each) {
             let size = c.iter().fold(0.0, |sum, c| sum + c.abs());
             let rounding = 1e-14 * size;
             let d1 = derivative(c);

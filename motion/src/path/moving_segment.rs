@@ -151,13 +151,13 @@ impl MovingSegment {
         }
         if self.count == self.points.len() {
             self.points.rotate_left(1);
-            self.count -= 1;
+            self.count = self.count.saturating_sub(1);
         }
         if let Some(place) = self.points.get_mut(self.count) {
             *place = Point { pose, chord };
-            self.count += 1;
+            self.count = self.count.saturating_add(1);
         }
-        self.waiting += 1;
+        self.waiting = self.waiting.saturating_add(1);
         if self.waiting <= SIDE {
             return Ok(None);
         }

@@ -126,7 +126,7 @@ impl<const N: usize> Path<N> {
     /// Pieces that can still be pushed; a blended one takes two places.
     #[must_use]
     pub fn room(&self) -> usize {
-        N - self.count
+        N.saturating_sub(self.count)
     }
 
     /// The least s that is retained, m.
@@ -223,13 +223,16 @@ impl<const N: usize> Path<N> {
     /// jumping about at most N.
     pub fn at(&mut self, s: f64) -> Option<PathPoint> {
         for _ in 0..N {
-            let (Some(here), next) = (self.entry(self.cursor), self.entry(self.cursor + 1)) else {
+            let (Some(here), next) = (
+                self.entry(self.cursor),
+                self.entry(self.cursor.saturating_add(1)),
+            ) else {
                 break;
             };
             if s < here.start && self.cursor > 0 {
-                self.cursor -= 1;
+                self.cursor = self.cursor.saturating_sub(1);
             } else if next.is_some_and(|next| s >= next.start) {
-                self.cursor += 1;
+                self.cursor = self.cursor.saturating_add(1);
             } else {
                 break;
             }
@@ -279,8 +282,8 @@ impl<const N: usize> Path<N> {
             if let Some(place) = self.entries.get_mut(self.first) {
                 *place = None;
             }
-            self.first = (self.first + 1) % N;
-            self.count -= 1;
+            self.first = self.slot(1);
+            self.count = self.count.saturating_sub(1);
             self.cursor = self.cursor.saturating_sub(1);
         }
     }
@@ -293,7 +296,7 @@ impl<const N: usize> Path<N> {
     }
 
     fn slot(&self, i: usize) -> usize {
-        (self.first + i) % N
+        self.first.saturating_add(i).checked_rem(N).unwrap_or(0)
     }
 
     fn entry(&self, i: usize) -> Option<&Entry> {
@@ -333,7 +336,7 @@ impl<const N: usize> Path<N> {
         let slot = self.slot(self.count);
         if let Some(place) = self.entries.get_mut(slot) {
             *place = Some(entry);
-            self.count += 1;
+            self.count = self.count.saturating_add(1);
             self.end = entry.end();
         }
     }

@@ -26,10 +26,11 @@ pub(super) fn derivatives(knots: &[Knot], at: usize) -> [Value; 2] {
     let second = |i: usize| seconds.get(i).copied().unwrap_or_default();
     let here = second(at);
     let value = |i: usize| knots.get(i).map(|knot| knot.value);
-    let first = match (value(at), knots.get(at + 1)) {
+    let after = at.saturating_add(1);
+    let first = match (value(at), knots.get(after)) {
         (Some(value), Some(next)) => {
             let slope = (next.value - value) / next.step;
-            slope - (here * 2.0 + second(at + 1)) * (next.step / 6.0)
+            slope - (here * 2.0 + second(after)) * (next.step / 6.0)
         }
         // the last knot: from its left
         (Some(value), None) => match (at.checked_sub(1), knots.get(at)) {
@@ -74,7 +75,7 @@ fn seconds(knots: &[Knot]) -> [Value; MOST] {
             high -= h * h / k;
             low = 0.0;
         }
-        if i + 1 == rows {
+        if i.saturating_add(1) == rows {
             diagonal += k * (h + k) / h;
             low -= k * k / h;
             high = 0.0;
@@ -94,10 +95,8 @@ fn seconds(knots: &[Knot]) -> [Value; MOST] {
         let (h, k) = (second.step, third.step);
         *first = (*one * (h + k) - *two * h) / k;
     }
-    let last = knots.len() - 3;
-    if let (Some([_, inner, outer]), Some([two, one, end])) =
-        (knots.get(last..), m.get_mut(last..knots.len()))
-    {
+    let of_knots = m.get_mut(..knots.len()).unwrap_or_default();
+    if let ([.., inner, outer], [.., two, one, end]) = (knots, of_knots) {
         let (h, k) = (inner.step, outer.step);
         *end = (*one * (h + k) - *two * k) / h;
     }

@@ -84,11 +84,11 @@ impl Session {
 
     /// `false` if the chunk does not fit.
     fn push(&mut self, chunk: &[u8]) -> bool {
-        let end = self.len.saturating_add(chunk.len());
-        match self.buffer.get_mut(self.len..end) {
+        let rest = self.buffer.get_mut(self.len..).unwrap_or_default();
+        match rest.get_mut(..chunk.len()) {
             Some(room) => {
                 room.copy_from_slice(chunk);
-                self.len = end;
+                self.len = self.len.saturating_add(chunk.len());
                 true
             }
             None => false,
@@ -235,10 +235,8 @@ impl<const SESSIONS: usize> Receiver<SESSIONS> {
             return self.sessions.len().checked_sub(1);
         }
         count(&mut self.counters.evicted);
-        let (oldest, slot) = self
-            .sessions
-            .iter_mut()
-            .enumerate()
+        let (oldest, slot) = (0..SESSIONS)
+            .zip(&mut self.sessions)
             .min_by_key(|(_, session)| session.last)?;
         *slot = fresh;
         Some(oldest)

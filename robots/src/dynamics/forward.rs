@@ -176,8 +176,13 @@ pub(super) fn solve<const N: usize>(mut rows: [[f64; N]; N], mut b: [f64; N]) ->
         (below, b_below) = (rest, b_rest);
     }
     let mut x = [0.0; N];
-    for (k, (row, y)) in rows.iter().zip(b).enumerate().rev() {
-        let known: f64 = row.iter().zip(&x).skip(k + 1).map(|(l, x)| l * x).sum();
+    for (k, (row, y)) in (0..N).zip(rows.iter().zip(&b)).rev() {
+        let known: f64 = row
+            .iter()
+            .zip(&x)
+            .skip(k.saturating_add(1))
+            .map(|(l, x)| l * x)
+            .sum();
         if let Some(x) = x.get_mut(k) {
             *x = y - known;
         }

@@ -179,7 +179,7 @@ impl<const N: usize> Transmission<N> {
         let mut torques = [0.0; N];
         // what the axis after this one takes: of the joints, then of the motors
         let (mut link_after, mut motor_after) = (0.0, 0.0);
-        for ((torque, joint), ratio) in torques.iter_mut().zip(of_links).zip(&self.ratios).rev() {
+        for ((torque, joint), ratio) in torques.iter_mut().zip(&of_links).zip(&self.ratios).rev() {
             let own = ratio.reduction * (joint - link_after);
             *torque = own - motor_after;
             link_after = ratio.on_previous_link * joint;

@@ -69,7 +69,7 @@ impl Branches {
     fn push(&mut self, joints: [f64; 6]) {
         if let Some(slot) = self.joints.get_mut(self.count) {
             *slot = joints;
-            self.count += 1;
+            self.count = self.count.saturating_add(1);
         }
     }
 }
@@ -242,7 +242,7 @@ impl Search<'_> {
     fn file(&mut self, candidate: [f64; 6], verified: &mut Option<bool>) {
         let mut joints = candidate;
         let mut moved = false;
-        for (k, (q, axis)) in joints.iter_mut().zip(self.axes).enumerate() {
+        for (k, (q, axis)) in (0..6_usize).zip(joints.iter_mut().zip(self.axes)) {
             let (range, value) = (axis.joint_position, *q);
             if value < range.lower && range.lower - value <= LIMIT_SLACK {
                 *q = range.lower;
@@ -258,7 +258,7 @@ impl Search<'_> {
                 let distance2 = squares.sum();
                 if self.limit.is_none_or(|(least, _)| distance2 < least) {
                     let error = KinematicError::Limit {
-                        axis: self.first_axis + k,
+                        axis: self.first_axis.saturating_add(k),
                         name: axis.name,
                         quantity: Quantity::Joint,
                         value,

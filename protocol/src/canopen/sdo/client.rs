@@ -279,9 +279,9 @@ impl<const N: usize> Client<N> {
             let value = value
                 .get(..4_usize.saturating_sub(unused))
                 .unwrap_or_default();
-            self.buffer
-                .extend_from_slice(value)
-                .map_err(|_| Abort::Memory)?;
+            for byte in value {
+                self.buffer.push(*byte).map_err(|_| Abort::Memory)?;
+            }
             return Ok(self.done(Outcome::Uploaded(at)));
         }
         let announced = usize::try_from(u32::from_le_bytes(tail(answer)))
@@ -325,9 +325,9 @@ impl<const N: usize> Client<N> {
         let len = 7_usize.saturating_sub(usize::from(head >> 1 & 7));
         let chunk = segment_tail(answer);
         let chunk = chunk.get(..len).unwrap_or_default();
-        self.buffer
-            .extend_from_slice(chunk)
-            .map_err(|_| Abort::Memory)?;
+        for byte in chunk {
+            self.buffer.push(*byte).map_err(|_| Abort::Memory)?;
+        }
         if announced.is_some_and(|announced| self.buffer.len() > announced) {
             return Err(Abort::TooLong);
         }

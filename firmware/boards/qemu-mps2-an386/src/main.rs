@@ -1,0 +1,200 @@
+//! The controller node on an emulated Cortex-M4F: QEMU's machine `mps2-an386`.
+//!
+//! The timer's interrupt, at the highest priority, is the servo tick: it makes every step of the node
+//! that is due. What is left of the time is for the log. What the hardware of a real board does, CAN
+//! controllers above all, this machine has not: frames come and go by [`lock_step`] or [`real_time`].
+//! `firmware/boards/README.md` tells how it is run.
+#![no_std]
+#![no_main]
+#![deny(clippy::undocumented_unsafe_blocks, missing_docs)]
+
+mod lock_step;
+mod real_time;
+mod semihosting;
+
+use board::channel::MAX_FRAMES;
+use board_cortex_m::place::Place;
+use board_cortex_m::{log, stack};
+use core::cell::Cell;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_rt::{entry, exception};
+use cortex_m_semihosting::debug;
+use critical_section::Mutex;
+use firmware::{NodeProcess, Received};
+use lock_step::{Channel, Ended};
+use protocol::message::NodeState;
+use protocol::time::Micros;
+use real_time::Mailbox;
+
+/// The machine's clock.
+const CLOCK_HZ: u32 = 25_000_000;
+/// The shortest time between two steps of a node: half of the shortest servo step, 1 ms.
+const TICK_US: u64 = 500;
+/// The same in clock cycles.
+const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
+/// Memory of the node: that of the largest, 7 axes.
+const NODE_BYTES: usize = 120 * 1024;
+
+static PLACE: Place<NODE_BYTES> = Place::new();
+
+/// Where frames come from and go to.
+enum Rim {
+    LockStep(Channel),
+    RealTime(Mailbox),
+}
+
+/// What the servo tick works with.
+struct Servo {
+    node: &'static mut (dyn NodeProcess + Send),
+    rim: Rim,
+    /// When the image started, by the clock of the cell.
+    origin: Micros,
+    state: NodeState,
+}
+
+/// From the start to the tick.
+static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
+/// From the tick to the rest: what is to be done when all is over.
+static ENDED: Mutex<Cell<Option<Ended>>> = Mutex::new(Cell::new(None));
+
+#[entry]
+fn main() -> ! {
+    if let Some(servo) = start() {
+        critical_section::with(|cs| SERVO.borrow(cs).set(Some(servo)));
+        if let Some(peripherals) = cortex_m::Peripherals::take() {
+            stack::repaint();
+            begin_ticks(peripherals.SYST);
+            telemetry();
+        }
+    }
+    debug::exit(debug::EXIT_FAILURE);
+    halt()
+}
+
+/// In lock step if the host has made the files for it, else in real time.
+fn start() -> Option<Servo> {
+    let (node, rim, origin) = if let Some(mut channel) = Channel::open() {
+        let (node, boot) = channel.boot(&PLACE)?;
+        (node, Rim::LockStep(channel), boot.now)
+    } else {
+        let (mailbox, node, origin) = Mailbox::boot(&PLACE)?;
+        (node, Rim::RealTime(mailbox), origin)
+    };
+    let identity = node.identity();
+    defmt::info!(
+        "{=str}: a node of {=u8} axes",
+        identity.robot.as_str(),
+        identity.axes
+    );
+    Some(Servo {
+        state: node.state(),
+        node,
+        rim,
+        origin,
+    })
+}
+
+fn begin_ticks(mut timer: SYST) {
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(TICK_CYCLES - 1);
+    timer.clear_current();
+    timer.enable_counter();
+    timer.enable_interrupt();
+}
+
+/// The servo tick.
+#[exception]
+fn SysTick() {
+    static mut TICKS: u64 = 0;
+    static mut OWN: Option<Servo> = None;
+    static mut RECEIVED: heapless::Vec<Received, MAX_FRAMES> = heapless::Vec::new();
+    let ticks = *TICKS;
+    *TICKS = ticks.wrapping_add(1);
+    if OWN.is_none() {
+        *OWN = critical_section::with(|cs| SERVO.borrow(cs).take());
+    }
+    let Some(servo) = OWN else { return };
+    let now = Micros(servo.origin.0.wrapping_add(ticks.wrapping_mul(TICK_US)));
+    match servo.tick(ticks, now, RECEIVED) {
+        Ok(Some(state)) if state != servo.state => {
+            servo.state = state;
+            defmt::info!("at {=u64} us: state {=u8}", now.0, state as u8);
+        }
+        Ok(_) => {}
+        Err(ended) => {
+            *OWN = None;
+            critical_section::with(|cs| ENDED.borrow(cs).set(Some(ended)));
+        }
+    }
+}
+
+impl Servo {
+    /// Whatever is due now; the state after it, if anything was.
+    fn tick(
+        &mut self,
+        ticks: u64,
+        now: Micros,
+        received: &mut heapless::Vec<Received, MAX_FRAMES>,
+    ) -> Result<Option<NodeState>, Ended> {
+        let stepped = match &mut self.rim {
+            Rim::LockStep(_) if now < self.node.next_wake() => return Ok(None),
+            Rim::LockStep(channel) => {
+                let into_tick = TICK_CYCLES.wrapping_sub(SYST::get_current());
+                let cycles = ticks
+                    .wrapping_mul(u64::from(TICK_CYCLES))
+                    .wrapping_add(u64::from(into_tick));
+                channel.step(self.node, cycles, received)?
+            }
+            Rim::RealTime(mailbox) => mailbox
+                .tick(self.node, ticks, now, received)
+                .ok_or(Ended::Done)?,
+        };
+        Ok(Some(stepped.state))
+    }
+}
+
+/// All that has no deadline.
+fn telemetry() {
+    let Some(console) = semihosting::File::console() else {
+        return;
+    };
+    // ends when the host does
+    loop {
+        let ended = critical_section::with(|cs| ENDED.borrow(cs).take());
+        if let Some(ended) = ended {
+            defmt::info!(
+                "stack: {=u32} of {=u32} bytes used",
+                stack::used(),
+                stack::reserved()
+            );
+            drain(console);
+            if ended == Ended::Done {
+                debug::exit(debug::EXIT_SUCCESS);
+            }
+            return;
+        }
+        drain(console);
+        cortex_m::asm::wfi();
+    }
+}
+
+fn drain(console: semihosting::File) {
+    let mut bytes = [0; 128];
+    // each turn takes a byte at least, of a ring that nobody fills meanwhile
+    loop {
+        let taken = log::take(&mut bytes);
+        match bytes.get(..taken) {
+            Some(some) if !some.is_empty() => {
+                console.write(some);
+            }
+            _ => return,
+        }
+    }
+}
+
+fn halt() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
