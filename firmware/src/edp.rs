@@ -24,7 +24,7 @@ use crate::ecp::EffectorImage;
 use crate::io::Port;
 use axis::Axis;
 use computed::ComputedTorque;
-use drives::{Drives, Task};
+use drives::{DriveLink, Drives, Task};
 use limits::Gate;
 use mode::{Event, Mode};
 use motion::Interpolator;
@@ -56,6 +56,8 @@ pub struct Edp<R, const N: usize> {
     axes: [Axis; N],
     /// The law of the robot as a whole, of one that has a chain.
     computed: Option<ComputedTorque<N>>,
+    /// The part of the model's torque that csp has as an offset, 0 to 1.
+    offset_share: f64,
     interpolator: Option<Interpolator<N, KNOT_QUEUE>>,
     gate: Gate<N>,
     homing: Option<HomingRun>,
@@ -80,6 +82,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let axes = setup.axes.map(|constants| Axis::new(constants, setup.law));
         Self {
             computed: ComputedTorque::new(&robot, setup.servo_step_s),
+            offset_share: 0.0,
             robot,
             mode: Mode::Boot,
             drives: Drives::new(
@@ -204,9 +207,15 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let (Some(link), Some(axis)) = (self.drives.links().get(k), self.axes.get(k)) else {
             return 0.0;
         };
-        let torque_mnm =
-            f64::from(link.actual().torque) * 1e-3 * f64::from(link.rated_torque_mnm());
-        torque_mnm / axis.constants().torque_constant
+        current_ma(f64::from(link.actual().torque), link, axis)
+    }
+
+    /// Current that has held an axis in the last steps, mA.
+    fn holding_ma(&self, k: usize) -> f64 {
+        let (Some(link), Some(axis)) = (self.drives.links().get(k), self.axes.get(k)) else {
+            return 0.0;
+        };
+        current_ma(axis.mean_torque(), link, axis)
     }
 
     /// Motor currents, mA.
@@ -262,6 +271,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 if let Some(computed) = &mut self.computed {
                     computed.begin();
                 }
+                // nothing has held the arm: a model that is known is to do it at once
+                self.offset_share = 1.0;
                 self.hold_here();
             }
             Event::Synchronise => self.home_next(0),
@@ -382,41 +393,45 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         if !self.has(law) {
             return Err(Refusal::UnknownServoLaw);
         }
-        let code = drive_mode(law).code();
         self.setup.law = law;
         if let Some(computed) = &mut self.computed {
             computed.leave();
         }
         for k in 0..N {
-            let current = self.current_ma(k);
+            let current = self.holding_ma(k);
             let Some(axis) = self.axes.get_mut(k) else {
                 continue;
             };
             if drive_mode(axis.law()) == drive_mode(law) {
                 axis.select(law, current);
-            } else if let Some(link) = self.drives.link_mut(k) {
+            } else {
                 // the law changes when the drive confirms its mode
-                axis.hand_over(link.actual().torque);
-                link.request(Task::SetMode(code));
+                axis.hand_over();
             }
         }
         Ok(())
     }
 
-    /// A drive has confirmed its mode: from now on it gets the other kind of target.
+    /// A drive that has latched its first target of the other kind is asked for the mode that goes with it;
+    /// once it has confirmed that, it gets nothing else.
     fn follow_modes(&mut self) {
         let wanted = self.setup.law;
+        let code = drive_mode(wanted).code();
         for k in 0..N {
-            let confirmed = self.drives.links().get(k).map(drives::DriveLink::mode);
-            let current = self.current_ma(k);
-            if let Some(axis) = self.axes.get_mut(k)
-                && axis.law() != wanted
-                && confirmed == Some(drive_mode(wanted).code())
-            {
+            let current = self.holding_ma(k);
+            let (Some(axis), Some(link)) = (self.axes.get_mut(k), self.drives.link_mut(k)) else {
+                continue;
+            };
+            if axis.law() == wanted || !link.is_ready() {
+                continue;
+            }
+            if link.mode() == code {
                 axis.select(wanted, current);
                 if let Some(computed) = &mut self.computed {
                     computed.leave();
                 }
+            } else if !axis.is_handing_over() && !link.busy() {
+                link.request(Task::SetMode(code));
             }
         }
     }
@@ -498,6 +513,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         };
         let ts = self.setup.servo_step_s;
         let computed = self.computed_currents(setpoint);
+        let offsets = self.torque_offsets(setpoint);
         for (k, axis) in (0..N).zip(&mut self.axes) {
             let Some(link) = self.drives.link_mut(k) else {
                 continue;
@@ -518,16 +534,23 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 velocity: *v,
                 acceleration: *a,
             };
+            let offset = offsets.get(k).copied().flatten();
             let target = if torque {
                 let computed_ma = computed.as_ref().and_then(|ma| ma.get(k)).copied();
-                axis.servo(demand, computed_ma, state, link.rated_torque_mnm(), ts)
+                let rated_mnm = link.rated_torque_mnm();
+                axis.servo(demand, computed_ma, offset, state, rated_mnm, ts)
             } else {
                 axis.idle()
             };
             let controlword = axis.controlword(goal, link.statusword());
-            link.command(controlword, target, tx);
+            link.command(controlword, target, offset, tx);
         }
     }
+}
+
+/// The current, mA, of a torque in ‰ of the drive's rated torque.
+fn current_ma(torque: f64, link: &DriveLink, axis: &Axis) -> f64 {
+    torque * 1e-3 * f64::from(link.rated_torque_mnm()) / axis.constants().torque_constant
 }
 
 /// The CiA 402 mode in which a law is run.

@@ -30,6 +30,11 @@ pub trait Observer {
     fn outputs(&mut self, station: usize, at_ns: u64, levels: u16) {
         let _ = (station, at_ns, levels);
     }
+    /// The motor angles (rad) that belong to where a robot's links are, at a SYNC of its node, after
+    /// [`Observer::motors`]: the same unless a gear gives.
+    fn links(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
+        let _ = (station, at_ns, motor_rad);
+    }
     /// The true motor angles (rad) of a robot at a SYNC of its node.
     fn motors(&mut self, station: usize, at_ns: u64, motor_rad: &[f64]) {
         let _ = (station, at_ns, motor_rad);
@@ -326,6 +331,7 @@ impl Cell {
             if synced {
                 observer.outputs(k, *now_ns, place.robot.outputs());
                 observer.motors(k, *now_ns, place.robot.motor_rad());
+                observer.links(k, *now_ns, place.robot.links_rad());
             }
         }
     }

@@ -29,7 +29,7 @@ mod operation;
 pub mod parameters;
 mod probe;
 mod report;
-mod servo;
+pub(crate) mod servo;
 mod slots;
 
 use protocol::canopen::cia402::{

@@ -17,6 +17,7 @@
 //! | [`embedded`] | classical frames for `embedded-can` drivers |
 //! | [`budget`] | how long a frame occupies the wire |
 //! | [`canopen`] | CiA 301 and CiA 402, for the node and for the drive |
+//! | [`force_torque`] | what a force sensor in a wrist tells |
 //! | [`schema`] | one hash of every type that travels |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -41,6 +42,7 @@ pub mod cyphal;
 pub mod e2e;
 pub mod embedded;
 pub mod fault;
+pub mod force_torque;
 pub mod frame;
 pub mod id;
 pub mod link;

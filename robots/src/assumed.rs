@@ -502,10 +502,10 @@ pub const ASSUMED: &[Assumed] = &[
         why: "0.1 mm at full reach",
     },
     Assumed {
-        item: "polycrank: torque constant; with it peak torques 200, 120, 50, 40, 20, 5, 2 N·m, velocities 6.3, 9, 12 rad/s, inertias and friction",
-        value: 2.0,
-        unit: "N·m/A",
-        why: "plausible direct drives; nothing about them is published",
+        item: "polycrank: current at the peak torques 200, 120, 50, 40, 20, 5, 2 N·m; velocities 6.3, 9, 12 rad/s, inertias and friction",
+        value: 20.0,
+        unit: "A",
+        why: "each torque holds 2 kg in the worst posture and gives its axis the planning acceleration besides",
     },
     Assumed {
         item: "IRp-6 track: inertia of reducer and pinion, at the motor's shaft",

@@ -151,7 +151,7 @@ impl Watch {
                 (Some(TPDO1), [a, b, ..]) => axis.statusword = u16::from_le_bytes([*a, *b]),
                 (Some(RPDO1), [a, b, p @ ..]) => {
                     axis.controlword = u16::from_le_bytes([*a, *b]);
-                    axis.target = <[u8; 4]>::try_from(p).ok().map(i32::from_le_bytes);
+                    axis.target = p.first_chunk().copied().map(i32::from_le_bytes);
                 }
                 (Some(RPDO2), [a, b, ..]) => axis.controlword = u16::from_le_bytes([*a, *b]),
                 _ => {}

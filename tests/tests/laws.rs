@@ -185,6 +185,45 @@ fn computed_torque_bears_a_load_nobody_told_it_of() {
 }
 
 #[test]
+fn drives_without_gears_follow_with_the_model_as_an_offset() {
+    let mut c = POLYCRANK.begun();
+    // homed under torque: the model has taken over from the drives' integrals
+    let there = POLYCRANK.go(&mut c, POLYCRANK.to);
+    let back = POLYCRANK.go(&mut c, POLYCRANK.from);
+    println!("csp: following error {there:.6} and {back:.6} rad");
+    // one or two increments of 0.1 mrad
+    assert!((0.5e-4..4e-4).contains(&there) && (0.5e-4..4e-4).contains(&back));
+    // to cst and back: no part of the torque is lost, or comes twice
+    for law in [ServoLaw::ComputedTorque, ServoLaw::DrivePosition] {
+        let jump = Course::select(&mut c, law);
+        println!("{law:?}: jump {jump:.6} rad");
+        assert!(jump < 0.006, "{law:?}: {jump}"); // twice what was found
+    }
+    // greatest payload, let go and taken up at rest
+    let mut sag = [0.0; 2];
+    for (sag, kg) in sag.iter_mut().zip([2.0, 1e-6]) {
+        let shape = Shape::Box {
+            centre: [0.0, 0.0, 0.098],
+            size: [0.1; 3],
+        };
+        let body = Body::homogeneous(kg, &shape);
+        assert!(c.cell.robot_mut(0).unwrap().carry(Some(&body)));
+        for _ in 0..100 {
+            c.macrostep();
+            let error = POLYCRANK.error(&c);
+            *sag = if error > *sag { error } else { *sag };
+        }
+    }
+    println!("2 kg: {sag:?} rad");
+    // 9.9 N·m on crank 5, whose drive bears 0.05·150·35 N·m/rad while it gives way
+    assert!(
+        sag.iter().all(|sag| (0.006..0.025).contains(sag)),
+        "{sag:?}"
+    );
+    assert_eq!(c.feedback().fault, None);
+}
+
+#[test]
 fn a_robot_without_a_chain_refuses_computed_torque() {
     let mut c = Coordinator::new(RobotKind::Conveyor, ServoLaw::DrivePosition, 3);
     c.wait_for(protocol::message::NodeState::Disabled);

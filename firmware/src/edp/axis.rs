@@ -25,6 +25,8 @@ pub struct AxisConstants {
     pub jump_units: i64,
 }
 
+/// Steps over which the torque that holds an axis is averaged.
+const MEAN_STEPS: f64 = 16.0;
 /// The part of the following-error window that is open at standstill.
 const WINDOW_AT_REST: f64 = 0.4;
 
@@ -43,6 +45,8 @@ pub struct Axis {
     modern: FeedForwardState,
     actual: i64,
     known: bool,
+    /// What has held it in the last steps, ‰: at rest the torque itself shows the encoder's increments.
+    mean_torque: f64,
     /// Demands of the last steps, drive units, newest first.
     demands: [i64; 3],
     following_error_max: u32,
@@ -64,6 +68,7 @@ impl Axis {
             modern: FeedForwardState::default(),
             actual: 0,
             known: false,
+            mean_torque: 0.0,
             demands: [0; 3],
             following_error_max: 0,
             handover: None,
@@ -164,8 +169,10 @@ impl Axis {
         }
     }
 
-    /// A new measurement, drive units; `false` if the encoder cannot have moved that far.
-    pub fn measure(&mut self, units: i32) -> bool {
+    /// A new measurement, drive units and ‰ of the rated torque; `false` if the encoder cannot have moved that
+    /// far.
+    pub fn measure(&mut self, units: i32, torque: i16) -> bool {
+        self.mean_torque += (f64::from(torque) - self.mean_torque) / MEAN_STEPS;
         let units = self.unwrapped(units);
         let plausible = !self.known
             || units.saturating_sub(self.actual).saturating_abs() <= self.constants.jump_units;
@@ -207,19 +214,33 @@ impl Axis {
     }
 
     /// The drive is asked for the other kind of target: its next target is already of that kind, so that it
-    /// finds a true one when it changes. `torque` is the torque now, per mille of rated.
-    pub const fn hand_over(&mut self, torque: i16) {
-        self.handover = Some(torque);
+    /// finds a true one when it changes.
+    pub fn hand_over(&mut self) {
+        self.handover = Some(per_mille(self.mean_torque));
+    }
+
+    /// Mean of the torque in the last steps, ‰ of rated.
+    #[must_use]
+    pub const fn mean_torque(&self) -> f64 {
+        self.mean_torque
+    }
+
+    /// Is that target still to be sent?
+    #[must_use]
+    pub const fn is_handing_over(&self) -> bool {
+        self.handover.is_some()
     }
 
     /// One servo step under torque: the controlword and the target for the drive.
     ///
     /// `computed_ma` is what computed torque gives it, if that is in force and can be; else feed-forward
-    /// stands in for it. `rated_mnm` is the drive's rated torque in mN·m, `ts` the servo step in s.
+    /// stands in for it. `offset` is the torque offset that goes with it, ‰. `rated_mnm` is the drive's rated
+    /// torque in mN·m, `ts` the servo step in s.
     pub fn servo(
         &mut self,
         demand: Demand,
         computed_ma: Option<f64>,
+        offset: Option<i16>,
         state: Option<PowerState>,
         rated_mnm: u32,
         ts: f64,
@@ -240,7 +261,8 @@ impl Axis {
         let ma = match self.law {
             ServoLaw::DrivePosition => {
                 if let Some(torque) = handover {
-                    return Target::Torque(torque);
+                    // the offset stays until the drive gets its first target of the new law
+                    return Target::Torque(torque.saturating_sub(offset.unwrap_or(0)));
                 }
                 return Target::Position(modulo(units));
             }
@@ -269,13 +291,14 @@ impl Axis {
                 }
             },
         };
-        let per_mille = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
-        Target::Torque(per_mille_i16(per_mille))
+        let torque = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
+        Target::Torque(per_mille(torque))
     }
 
     /// Without torque the demand follows the axis.
     pub fn idle(&mut self) -> Target {
         self.demands = [self.actual; 3];
+        self.handover = None;
         match self.law {
             ServoLaw::DrivePosition => Target::Position(modulo(self.actual)),
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => {
@@ -310,7 +333,8 @@ fn increments(units: i64) -> f64 {
     units as f64 / UNITS_PER_INCREMENT as f64
 }
 
-fn per_mille_i16(x: f64) -> i16 {
+/// The nearest whole ‰ that fits.
+pub(super) fn per_mille(x: f64) -> i16 {
     let bounded = if x > 32_767.0 {
         32_767.0
     } else if x < -32_767.0 {

@@ -20,9 +20,12 @@
 //! costs 15° of phase on any robot. With direct drives ω = 0.08/Ts = 40 rad/s: there encoders are the limit.
 //!
 //! Until all axes are homed no posture is known: then feed-forward closes the loops.
+//!
+//! In csp the drives close the loops; those without a gear are given the model's torque as an offset, brought in
+//! within [`OFFSET_RAMP_S`] where something else held the arm before.
 
 use super::Edp;
-use crate::edp::axis::Axis;
+use crate::edp::axis::{Axis, per_mille};
 use motion::Setpoint;
 use protocol::canopen::cia402::PowerState;
 use protocol::message::ServoLaw;
@@ -39,6 +42,10 @@ const INTEGRAL_RATIO: f64 = 8.0;
 /// Part of an axis' greatest velocity below which the compensation of dry friction fades out.
 const COULOMB_BLEND: f64 = 0.002;
 
+/// The time in which the model takes over from the integrals of drives that hold an arm, s: ten times what these
+/// take to give way.
+const OFFSET_RAMP_S: f64 = 0.5;
+
 /// What the law needs of one motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MotorData {
@@ -52,6 +59,14 @@ struct MotorData {
     blend: f64,
     /// N·m.
     limit: f64,
+}
+
+impl MotorData {
+    /// Torque against friction at a velocity, N·m.
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = velocity / (libm::fabs(velocity) + self.blend);
+        self.viscous * velocity + self.coulomb * direction
+    }
 }
 
 /// The law of a whole robot, and its state.
@@ -74,7 +89,7 @@ pub struct ComputedTorque<const N: usize> {
 pub struct Measured {
     /// Motor angle, rad.
     pub angle: f64,
-    /// Motor current, mA.
+    /// Motor current that has held the axis, mA.
     pub current_ma: f64,
     /// The drive follows: without that nothing is integrated.
     pub follows: bool,
@@ -191,8 +206,7 @@ impl<const N: usize> ComputedTorque<N> {
             .zip(demand.velocity)
             .zip(states)
         {
-            let direction = velocity / (libm::fabs(velocity) + motor.blend);
-            let torque = *current + motor.viscous * velocity + motor.coulomb * direction;
+            let torque = *current + motor.friction(velocity);
             let bounded = if torque > motor.limit {
                 motor.limit
             } else if torque < -motor.limit {
@@ -206,6 +220,30 @@ impl<const N: usize> ComputedTorque<N> {
             *current = 1000.0 * bounded / motor.torque_constant;
         }
         Ok(currents)
+    }
+
+    /// The torques of the motors that the demand takes, N·m, by the model alone.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn model<R: Robot<N>>(
+        &self,
+        robot: &R,
+        demand: &Setpoint<N>,
+    ) -> Result<[f64; N], KinematicError> {
+        let (joints, transmission) = Self::transmission(robot, &demand.position)?;
+        let mut torques = self.chain.at(&joints).motor_inverse_dynamics(
+            &transmission,
+            &demand.velocity,
+            &demand.acceleration,
+            &STANDARD_GRAVITY,
+            &Wrench::NONE,
+        );
+        for ((torque, motor), velocity) in torques.iter_mut().zip(&self.motors).zip(demand.velocity)
+        {
+            *torque += motor.friction(velocity);
+        }
+        Ok(torques)
     }
 }
 
@@ -224,7 +262,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let chosen = self.mode.torque() && self.homed() && self.axes.iter().any(in_force);
         let measured = core::array::from_fn(|k| Measured {
             angle: self.axes.get(k).map_or(0.0, Axis::actual_rad),
-            current_ma: self.current_ma(k),
+            current_ma: self.holding_ma(k),
             follows: self
                 .drives
                 .links()
@@ -240,6 +278,34 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             computed.leave();
         }
         currents
+    }
+
+    /// Torque offsets of the drives that have them mapped, ‰ of rated: in csp what the demand takes.
+    pub(super) fn torque_offsets(&mut self, demand: &Setpoint<N>) -> [Option<i16>; N] {
+        let in_csp = |axis: &Axis| axis.law() == ServoLaw::DrivePosition;
+        let mapped = self.setup.scripts.iter().any(|script| script.torque_offset);
+        // drives confirm a change of mode one after the other
+        let wanted = mapped && self.mode.torque() && self.homed() && self.axes.iter().any(in_csp);
+        let model = match &self.computed {
+            Some(computed) if wanted => computed.model(&self.robot, demand).ok(),
+            _ => None,
+        };
+        self.offset_share = match model {
+            Some(_) if self.offset_share < 1.0 => {
+                self.offset_share + self.setup.servo_step_s / OFFSET_RAMP_S
+            }
+            Some(_) => 1.0,
+            None => 0.0,
+        };
+        let torques = model.unwrap_or([0.0; N]);
+        core::array::from_fn(|k| {
+            let (axis, script) = (self.axes.get(k)?, self.setup.scripts.get(k)?);
+            let rated_mnm = f64::from(self.drives.links().get(k)?.rated_torque_mnm());
+            let torque = if in_csp(axis) { *torques.get(k)? } else { 0.0 };
+            script
+                .torque_offset
+                .then(|| per_mille(1e6 * self.offset_share * torque / rated_mnm))
+        })
     }
 }
 

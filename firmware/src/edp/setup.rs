@@ -89,6 +89,7 @@ impl<const N: usize> EdpSetup<N> {
                 ),
                 max_torque: 0,
                 mode: mode.code(),
+                torque_offset: robot.chain().is_some() && axis.is_direct(),
             }),
             sync_cob: config.sync_cob,
             master: config.master,

@@ -26,9 +26,12 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             .map(|link| (link.is_ready(), link.actual()));
         for (k, (axis, (ready, actual))) in self.axes.iter_mut().zip(links).enumerate() {
             let AxisActual {
-                position, fresh, ..
+                position,
+                torque,
+                fresh,
+                ..
             } = actual;
-            if ready && fresh && !axis.measure(position) {
+            if ready && fresh && !axis.measure(position, torque) {
                 jump = Some(k);
             }
         }

@@ -39,6 +39,10 @@ pub(crate) struct Servo {
     observer: Observer,
     integral_nm: f64,
     torque_nm: f64,
+    /// The offset in the last step with a velocity loop, N·m.
+    feed_nm: f64,
+    /// Another kind of set-point has begun: the torque is to go on where it is, whatever part of it is an offset.
+    taken_over: bool,
     /// Was the torque cut in the last step?
     pub(crate) limited: bool,
 }
@@ -63,6 +67,8 @@ impl Servo {
             observer: Observer::default(),
             integral_nm: 0.0,
             torque_nm: 0.0,
+            feed_nm: 0.0,
+            taken_over: false,
             limited: false,
         }
     }
@@ -111,19 +117,23 @@ impl Servo {
     /// Starts the position reference where the axis is, unless it is already followed.
     fn take_over(&mut self, keep_speed: bool) {
         match self.setpoint {
-            Setpoint::Line { slope_rad_s } => self.reference_rad_s = slope_rad_s,
-            Setpoint::Jog { .. } => {}
+            Setpoint::Line { slope_rad_s } => {
+                self.reference_rad_s = slope_rad_s;
+                self.taken_over |= keep_speed;
+            }
+            Setpoint::Jog { .. } => self.taken_over |= !keep_speed,
             Setpoint::Free => {
                 self.reference_rad = self.observer.rad;
                 self.reference_rad_s = 0.0;
                 self.integral_nm = 0.0;
+                self.taken_over = false;
             }
             Setpoint::Speed { .. } | Setpoint::Torque { .. } => {
                 self.reference_rad = self.observer.rad;
                 self.reference_rad_s = if keep_speed { self.observer.rad_s } else { 0.0 };
                 if matches!(self.setpoint, Setpoint::Torque { .. }) {
-                    // Without a jump of the torque; the velocity loop takes it from there.
-                    self.integral_nm = self.torque_nm;
+                    (self.integral_nm, self.feed_nm) = (self.torque_nm, 0.0);
+                    self.taken_over = true;
                 }
             }
         }
@@ -178,6 +188,11 @@ impl Servo {
     fn velocity_loop(&mut self, rad_s: f64, feed_nm: f64, limit_nm: f64) -> f64 {
         let gain = self.p.inertia_kg_m2 * self.p.velocity_bandwidth;
         let error = rad_s - self.observer.rad_s;
+        if self.taken_over {
+            self.integral_nm += self.feed_nm - feed_nm;
+            self.taken_over = false;
+        }
+        self.feed_nm = feed_nm;
         let torque = self.limit(gain * error + self.integral_nm + feed_nm, limit_nm);
         // Anti-windup: no integration further into the limit.
         if !self.limited || error * torque < 0.0 {

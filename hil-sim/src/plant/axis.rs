@@ -1,8 +1,9 @@
 //! One motor with its receptors, and with a load of its own where it has one.
 
-use core::f64::consts::TAU;
-
+use super::motor::{Motor, Winding};
 use super::random::SplitMix64;
+use super::receptors::Receptors;
+pub use super::receptors::{Broken, Sensed};
 
 /// The physics of one axis, referred to the motor shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,14 +16,23 @@ pub struct PlantParameters {
     pub viscous_nms_rad: f64,
     /// Coulomb friction, N·m.
     pub coulomb_nm: f64,
+    /// What friction at rest is more than that, N·m; 0 where nobody knows it.
+    pub stiction_nm: f64,
+    /// Velocity over which that falls by e, rad/s (Stribeck).
+    pub stribeck_rad_s: f64,
     /// Holding torque of the closed brake, N·m.
     pub brake_nm: f64,
     /// Greatest current of the power stage, A.
     pub current_limit_a: f64,
     /// Time constant of the current loop, s.
     pub current_time_s: f64,
+    /// Its electrics and heat; none where nobody knows them: then the supply gives what is wanted.
+    pub winding: Option<Winding>,
     /// Encoder increments per motor turn.
     pub increments_per_turn: u32,
+    /// Increments during which the index is active, from the one at motor angle 0 on; 1 for an index that is gated
+    /// with the increments.
+    pub index_increments: u32,
     /// The encoder counts from motor angle 0, turns included, and not from power-up.
     pub absolute: bool,
     /// The home switch is active below this motor angle, rad.
@@ -39,23 +49,6 @@ pub struct PlantParameters {
     pub brake_open_s: f64,
     /// From the command to the closed brake, s.
     pub brake_close_s: f64,
-}
-
-/// What the drive receives from its axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sensed {
-    /// Encoder count since power-up, or from motor angle 0 of an absolute encoder.
-    pub count: i64,
-    /// The count at an index pulse that passed in this substep.
-    pub index: Option<i64>,
-    /// Home switch.
-    pub home: bool,
-    /// Negative limit switch.
-    pub negative_limit: bool,
-    /// Positive limit switch.
-    pub positive_limit: bool,
-    /// Motor current, A.
-    pub current_a: f64,
 }
 
 /// What the drive commands.
@@ -86,17 +79,6 @@ enum Brake {
     Closing(f64),
 }
 
-/// Faults of the axis' receptors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Broken {
-    /// The encoder count is frozen.
-    pub encoder: bool,
-    /// The home switch is stuck at this level.
-    pub switch: Option<bool>,
-    /// No index pulse is reported.
-    pub index: bool,
-}
-
 /// One motor, moved on in fixed substeps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisPlant {
@@ -104,17 +86,9 @@ pub struct AxisPlant {
     step: Step,
     angle_rad: f64,
     velocity_rad_s: f64,
-    current_a: f64,
+    motor: Motor,
     brake: Brake,
-    /// The encoder count is `floor(angle · increments / 2π − phase)`.
-    phase: f64,
-    /// Motor angles at which the next index pulses lie, below and above.
-    index_rad: [f64; 2],
-    bounce_left_s: f64,
-    switch: bool,
-    random: SplitMix64,
-    broken: Broken,
-    sensed: Sensed,
+    receptors: Receptors,
 }
 
 /// Constants of one substep.
@@ -125,26 +99,15 @@ struct Step {
     velocity_per_torque: f64,
     /// Velocity kept over a substep by viscous friction.
     kept: f64,
-    /// Part of the distance to its demand the current covers.
-    current_part: f64,
-    /// Increments per radian.
-    increments_per_rad: f64,
 }
 
 impl Step {
     fn new(p: &PlantParameters, dt_s: f64) -> Self {
         let kept = 1.0 / (1.0 + dt_s * p.viscous_nms_rad / p.inertia_kg_m2);
-        let current_part = if p.current_time_s > 0.0 {
-            1.0 - libm::exp(-dt_s / p.current_time_s)
-        } else {
-            1.0
-        };
         Self {
             dt_s,
             velocity_per_torque: dt_s / p.inertia_kg_m2 * kept,
             kept,
-            current_part,
-            increments_per_rad: f64::from(p.increments_per_turn) / TAU,
         }
     }
 }
@@ -153,30 +116,22 @@ impl AxisPlant {
     /// A plant at rest at motor angle `start_rad`, braked, integrated in substeps of `dt_s`.
     #[must_use]
     pub fn new(parameters: PlantParameters, start_rad: f64, dt_s: f64, random: SplitMix64) -> Self {
-        let step = Step::new(&parameters, dt_s);
-        let turn = libm::floor(start_rad / TAU);
-        let switch = start_rad < parameters.switch_rad;
-        let mut plant = Self {
+        let motor = Motor::new(
+            parameters.torque_constant_nm_a,
+            parameters.current_limit_a,
+            parameters.current_time_s,
+            parameters.winding,
+            dt_s,
+        );
+        Self {
             parameters,
-            step,
+            step: Step::new(&parameters, dt_s),
             angle_rad: start_rad,
             velocity_rad_s: 0.0,
-            current_a: 0.0,
+            motor,
             brake: Brake::Closed,
-            phase: if parameters.absolute {
-                0.0
-            } else {
-                start_rad * step.increments_per_rad
-            },
-            index_rad: [turn * TAU, (turn + 1.0) * TAU],
-            bounce_left_s: 0.0,
-            switch,
-            random,
-            broken: Broken::default(),
-            sensed: Sensed::default(),
-        };
-        plant.sense();
-        plant
+            receptors: Receptors::new(&parameters, start_rad, random),
+        }
     }
 
     /// The true motor angle, rad: 0 where homing ends.
@@ -200,12 +155,30 @@ impl AxisPlant {
     /// What the receptors say after the last substep.
     #[must_use]
     pub const fn sensed(&self) -> &Sensed {
-        &self.sensed
+        &self.receptors.sensed
     }
 
     /// Breaks or mends receptors.
     pub const fn set_broken(&mut self, broken: Broken) {
-        self.broken = broken;
+        self.receptors.broken = broken;
+    }
+
+    /// What is wrong with its receptors.
+    #[must_use]
+    pub const fn broken(&self) -> Broken {
+        self.receptors.broken
+    }
+
+    /// Temperature of the motor's winding, °C, where it is known.
+    #[must_use]
+    pub fn winding_c(&self) -> Option<f64> {
+        self.motor.winding_c()
+    }
+
+    /// Is the thermal switch in the motor's winding open?
+    #[must_use]
+    pub fn is_hot(&self) -> bool {
+        self.motor.is_hot()
     }
 
     /// Its constants.
@@ -246,18 +219,23 @@ impl AxisPlant {
     /// is no torque.
     #[inline]
     pub(crate) fn actuate(&mut self, command: Drive) -> Effort {
-        let limit = self.parameters.current_limit_a;
-        let wanted = command.torque_nm / self.parameters.torque_constant_nm_a;
-        let wanted = if wanted.is_nan() {
-            0.0
-        } else {
-            wanted.clamp(-limit, limit)
-        };
-        self.current_a += self.step.current_part * (wanted - self.current_a);
+        let torque_nm = self.motor.step(command.torque_nm, self.velocity_rad_s);
         let held = self.turn_brake(command.release_brake);
         Effort {
-            torque_nm: self.current_a * self.parameters.torque_constant_nm_a,
-            dry_nm: self.parameters.coulomb_nm + held,
+            torque_nm,
+            dry_nm: self.friction_nm() + held,
+        }
+    }
+
+    /// Dry friction at the velocity at the beginning of the substep, N·m.
+    #[inline]
+    fn friction_nm(&self) -> f64 {
+        let p = &self.parameters;
+        if p.stiction_nm > 0.0 {
+            let x = self.velocity_rad_s / p.stribeck_rad_s;
+            p.coulomb_nm + p.stiction_nm * libm::exp(-x * x)
+        } else {
+            p.coulomb_nm
         }
     }
 
@@ -265,7 +243,9 @@ impl AxisPlant {
     #[inline]
     pub(crate) fn moved(&mut self, angle_rad: f64, velocity_rad_s: f64) {
         (self.angle_rad, self.velocity_rad_s) = (angle_rad, velocity_rad_s);
-        self.sense();
+        let current_a = self.motor.current_a();
+        self.receptors
+            .sense(&self.parameters, angle_rad, current_a, self.step.dt_s);
     }
 
     /// Moves the brake on; the torque it holds with, N·m.
@@ -290,68 +270,6 @@ impl AxisPlant {
             Brake::Open | Brake::Closing(_) => 0.0,
         }
     }
-
-    fn sense(&mut self) {
-        let count = floor(self.angle_rad * self.step.increments_per_rad - self.phase);
-        self.sensed.index = None;
-        let [below, above] = self.index_rad;
-        if self.angle_rad < below {
-            self.pass_index(below, [below - TAU, below]);
-        } else if self.angle_rad >= above {
-            self.pass_index(above, [above, above + TAU]);
-        }
-        if !self.broken.encoder {
-            self.sensed.count = count;
-        }
-        let [low, high] = self.parameters.limit_rad;
-        self.sensed.negative_limit = self.angle_rad < low;
-        self.sensed.positive_limit = self.angle_rad > high;
-        self.sensed.current_a = self.current_a;
-        self.sense_switch();
-    }
-
-    /// The pulse at `at` passed; `between` are the next ones.
-    fn pass_index(&mut self, at: f64, between: [f64; 2]) {
-        self.index_rad = between;
-        if !self.broken.index && !self.broken.encoder {
-            self.sensed.index = Some(floor(at * self.step.increments_per_rad - self.phase));
-        }
-    }
-
-    fn sense_switch(&mut self) {
-        let p = &self.parameters;
-        let edge = p.switch_rad
-            + if self.switch {
-                p.switch_hysteresis_rad
-            } else {
-                0.0
-            };
-        let active = self.angle_rad < edge;
-        if active != self.switch {
-            self.switch = active;
-            self.bounce_left_s = p.bounce_s;
-        }
-        self.sensed.home = if let Some(stuck) = self.broken.switch {
-            stuck
-        } else if self.bounce_left_s > 0.0 {
-            self.bounce_left_s -= self.step.dt_s;
-            self.random.coin()
-        } else {
-            self.switch
-        };
-    }
-}
-
-/// The greatest integer not above `x`; much faster than `libm::floor`, for numbers below 2⁶³.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    reason = "encoder counts stay far below 2^53"
-)]
-#[inline]
-fn floor(x: f64) -> i64 {
-    let cut = x as i64;
-    if cut as f64 > x { cut - 1 } else { cut }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! Velocities after an impulse on axes that are coupled by a mass matrix, with dry friction, brakes
 //! and stops.
 //!
-//! With A = M + dt·B (mass matrix and viscous friction), b = M·v + dt·(torques − bias) and d = dt·(dry
-//! friction with the brake's), the velocities v sought are those at which friction opposes every motion
-//! and holds, within its bound, what stands; a stop takes what would go beyond it. These are the conditions
-//! of the one least value of
+//! With w the velocities that weight and inertia alone would leave, A = M + dt·B (mass matrix and viscous
+//! friction), p = dt·(torques − B·w) and d = dt·(dry friction with the brake's), the velocities v sought are
+//! those at which friction opposes every motion and holds, within its bound, what stands; a stop takes what
+//! would go beyond it. These are the conditions of the one least value of
 //!
 //! ```text
-//!   ½·vᵀ·A·v − bᵀ·v + Σ d·|v|,   low ≤ v ≤ high
+//!   ½·(v − w)ᵀ·A·(v − w) − pᵀ·v + Σ d·|v|,   low ≤ v ≤ high
 //! ```
 //!
 //! which exists since A is positive definite. So friction never turns a motion round and never adds energy,
@@ -15,7 +15,7 @@
 //!
 //! Found by an active set: every axis is taken to slide one way, to stick or to be at a stop, the rest is a
 //! system of linear equations, and axes that contradict what they were taken for change. What they were
-//! in the last substep is nearly always right. Where that does not end in [`ROUNDS`], [`SWEEPS`] rounds of
+//! in the last substep is nearly always right, and its factors are kept while A is the same. Where that does not end in [`ROUNDS`], [`SWEEPS`] rounds of
 //! coordinate descent follow, which can only get nearer, and the active set once more.
 
 /// Rounds of the active set; two are the most in ordinary motion.
@@ -32,6 +32,15 @@ pub(crate) struct Restraint {
     pub(crate) low: f64,
     /// Greatest velocity that does not pass the upper stop, rad/s; not negative.
     pub(crate) high: f64,
+}
+
+impl Restraint {
+    /// Nothing holds it.
+    pub(crate) const NONE: Self = Self {
+        dry: 0.0,
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
 }
 
 /// What an axis is taken to do.
@@ -57,6 +66,14 @@ impl Contact {
         }
     }
 
+    /// Is its velocity that of what holds it?
+    pub(crate) const fn is_held(self) -> bool {
+        match self {
+            Self::Stuck | Self::Low | Self::High => true,
+            Self::Forward | Self::Backward => false,
+        }
+    }
+
     /// The impulse of friction on it, N·m·s, where it slides.
     const fn friction(self, dry: f64) -> f64 {
         match self {
@@ -66,7 +83,7 @@ impl Contact {
         }
     }
 
-    /// What it must be where it has the velocity `v`, and `rest` = b − A·v is left to friction and stop.
+    /// What it must be where it has the velocity `v`, and `rest` = p − A·(v − w) is left to friction and stop.
     fn corrected(self, v: f64, rest: f64, r: &Restraint) -> Self {
         match self {
             Self::Forward if v < 0.0 => Self::Stuck,
@@ -88,125 +105,208 @@ impl Contact {
     }
 }
 
-/// The velocities, rad/s. `a` is symmetric and positive definite; `contacts` is what the axes did last and
-/// becomes what they do now.
-pub(crate) fn velocities<const N: usize>(
-    a: &[[f64; N]; N],
-    b: &[f64; N],
-    restraints: &[Restraint; N],
-    contacts: &mut [Contact; N],
-) -> [f64; N] {
-    let mut v = match settled(a, b, restraints, contacts) {
-        Ok(v) => return v,
-        Err(v) => v,
-    };
-    descend(a, b, restraints, &mut v);
-    for ((contact, v), r) in contacts.iter_mut().zip(v).zip(restraints) {
-        *contact = if v >= r.high && v > 0.0 {
-            Contact::High
-        } else if v <= r.low && v < 0.0 {
-            Contact::Low
-        } else if v > 0.0 {
-            Contact::Forward
-        } else if v < 0.0 {
-            Contact::Backward
-        } else {
-            Contact::Stuck
-        };
-    }
-    // from so near it nearly always ends; what it found is exact then
-    let mut near = *contacts;
-    settled(a, b, restraints, &mut near).map_or(v, |exact| {
-        *contacts = near;
-        exact
-    })
+/// A, and its factors without the axes whose velocity is known.
+#[derive(Clone, Debug)]
+pub(crate) struct System<const N: usize> {
+    a: [[f64; N]; N],
+    factors: Option<Factors<N>>,
 }
 
-/// The velocities once no axis contradicts what it was taken for; the last ones if that is not so in
-/// [`ROUNDS`].
-fn settled<const N: usize>(
-    a: &[[f64; N]; N],
-    b: &[f64; N],
-    restraints: &[Restraint; N],
-    contacts: &mut [Contact; N],
-) -> Result<[f64; N], [f64; N]> {
-    let mut v = [0.0; N];
-    for _ in 0..ROUNDS {
-        v = with_contacts(a, b, restraints, contacts);
-        let mut settled = true;
-        for k in 0..N {
-            let rest = b[k] - dot(&a[k], &v);
-            let corrected = contacts[k].corrected(v[k], rest, &restraints[k]);
-            settled &= corrected == contacts[k];
-            contacts[k] = corrected;
-        }
-        if settled {
-            return Ok(v);
+/// L·D·Lᵀ of A with the rows and columns of known axes replaced by those of the identity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Factors<const N: usize> {
+    known: [bool; N],
+    /// Below the diagonal.
+    l: [[f64; N]; N],
+    /// The inverse of D.
+    inverse: [f64; N],
+}
+
+impl<const N: usize> System<N> {
+    /// `a` is symmetric and positive definite.
+    pub(crate) const fn new(a: [[f64; N]; N]) -> Self {
+        Self { a, factors: None }
+    }
+
+    /// Adds dt·`drag`, symmetric and positive semidefinite, to A.
+    pub(crate) fn resist(&mut self, drag: &[[f64; N]; N], dt_s: f64) {
+        self.factors = None;
+        for (row, drag) in self.a.iter_mut().zip(drag) {
+            for (a, drag) in row.iter_mut().zip(drag) {
+                *a += dt_s * drag;
+            }
         }
     }
-    Err(v)
+
+    /// The velocities, rad/s, from `free` = w and `push` = p; `contacts` is what the axes did last and becomes
+    /// what they do now.
+    pub(crate) fn velocities(
+        &mut self,
+        free: &[f64; N],
+        push: &[f64; N],
+        restraints: &[Restraint; N],
+        contacts: &mut [Contact; N],
+    ) -> [f64; N] {
+        let mut v = match self.settled(free, push, restraints, contacts) {
+            Ok(v) => return v,
+            Err(v) => v,
+        };
+        descend(&self.a, free, push, restraints, &mut v);
+        for ((contact, v), r) in contacts.iter_mut().zip(v).zip(restraints) {
+            *contact = if v >= r.high && v > 0.0 {
+                Contact::High
+            } else if v <= r.low && v < 0.0 {
+                Contact::Low
+            } else if v > 0.0 {
+                Contact::Forward
+            } else if v < 0.0 {
+                Contact::Backward
+            } else {
+                Contact::Stuck
+            };
+        }
+        // from so near it nearly always ends; what it found is exact then
+        let mut near = *contacts;
+        match self.settled(free, push, restraints, &mut near) {
+            Ok(exact) => {
+                *contacts = near;
+                exact
+            }
+            Err(_) => v,
+        }
+    }
+
+    /// The velocities once no axis contradicts what it was taken for; the last ones if that is not so in
+    /// [`ROUNDS`].
+    fn settled(
+        &mut self,
+        free: &[f64; N],
+        push: &[f64; N],
+        restraints: &[Restraint; N],
+        contacts: &mut [Contact; N],
+    ) -> Result<[f64; N], [f64; N]> {
+        let mut v = [0.0; N];
+        for _ in 0..ROUNDS {
+            let gain = self.gains(free, push, restraints, contacts);
+            let mut settled = true;
+            for k in 0..N {
+                let (rest, at) = match contacts[k].fixed(&restraints[k]) {
+                    Some(known) => (push[k] - dot(&self.a[k], &gain), known),
+                    None => (0.0, free[k] + gain[k]),
+                };
+                v[k] = at;
+                let corrected = contacts[k].corrected(at, rest, &restraints[k]);
+                settled &= corrected == contacts[k];
+                contacts[k] = corrected;
+            }
+            if settled {
+                return Ok(v);
+            }
+        }
+        Err(v)
+    }
+
+    /// v − w if every axis does what it is taken to do.
+    fn gains(
+        &mut self,
+        free: &[f64; N],
+        push: &[f64; N],
+        restraints: &[Restraint; N],
+        contacts: &[Contact; N],
+    ) -> [f64; N] {
+        let mut known = [false; N];
+        let mut x = [0.0; N];
+        let mut any = false;
+        for k in 0..N {
+            match contacts[k].fixed(&restraints[k]) {
+                Some(velocity) => {
+                    (known[k], any) = (true, true);
+                    x[k] = velocity - free[k];
+                }
+                None => x[k] = push[k] + contacts[k].friction(restraints[k].dry),
+            }
+        }
+        if any {
+            let fixed: [f64; N] = core::array::from_fn(|k| if known[k] { x[k] } else { 0.0 });
+            for k in 0..N {
+                if !known[k] {
+                    x[k] -= dot(&self.a[k], &fixed);
+                }
+            }
+        }
+        let factors = match &self.factors {
+            Some(factors) if factors.known == known => factors,
+            _ => self.factors.insert(Factors::new(&self.a, known)),
+        };
+        factors.solve(x)
+    }
+}
+
+impl<const N: usize> Factors<N> {
+    /// Of `a`, symmetric and positive definite, without the `known` axes.
+    pub(crate) fn new(a: &[[f64; N]; N], known: [bool; N]) -> Self {
+        let mut l = *a;
+        if known.contains(&true) {
+            for i in 0..N {
+                for k in 0..N {
+                    if known[i] || known[k] {
+                        l[i][k] = 0.0;
+                    }
+                }
+                if known[i] {
+                    l[i][i] = 1.0;
+                }
+            }
+        }
+        let mut inverse = [0.0; N];
+        for j in 0..N {
+            let pivot = 1.0 / l[j][j];
+            inverse[j] = pivot;
+            let column: [f64; N] = core::array::from_fn(|i| l[i][j]);
+            for i in j + 1..N {
+                let ratio = column[i] * pivot;
+                // entries after the diagonal change too, and are never read
+                for k in j + 1..N {
+                    l[i][k] -= ratio * column[k];
+                }
+                l[i][j] = ratio;
+            }
+        }
+        Self { known, l, inverse }
+    }
+
+    /// A⁻¹·x; the entries of known axes stay.
+    pub(crate) fn solve(&self, mut x: [f64; N]) -> [f64; N] {
+        for j in 0..N {
+            for i in j + 1..N {
+                x[i] -= self.l[i][j] * x[j];
+            }
+        }
+        for (x, inverse) in x.iter_mut().zip(self.inverse) {
+            *x *= inverse;
+        }
+        for j in (0..N).rev() {
+            for i in 0..j {
+                x[i] -= self.l[j][i] * x[j];
+            }
+        }
+        x
+    }
 }
 
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The velocities if every axis does what it is taken to do: A = L·D·Lᵀ without the axes whose velocity is
-/// known.
-fn with_contacts<const N: usize>(
-    a: &[[f64; N]; N],
-    b: &[f64; N],
-    restraints: &[Restraint; N],
-    contacts: &[Contact; N],
-) -> [f64; N] {
-    let mut v = [0.0; N];
-    let mut free = [0; N];
-    let mut count = 0;
-    for k in 0..N {
-        if let Some(known) = contacts[k].fixed(&restraints[k]) {
-            v[k] = known;
-        } else {
-            free[count] = k;
-            count += 1;
-        }
-    }
-    let free = &free[..count];
-    let mut l = [[0.0; N]; N];
-    let mut y = [0.0; N];
-    for (i, &row) in free.iter().enumerate() {
-        // what axes of known velocity take; free ones are still 0 in v
-        let mut right = b[row] + contacts[row].friction(restraints[row].dry) - dot(&a[row], &v);
-        let mut diagonal = a[row][row];
-        for (j, &column) in free.iter().enumerate().take(i) {
-            let mut entry = a[row][column];
-            for (k, pivot) in l.iter().enumerate().take(j) {
-                entry -= l[i][k] * l[j][k] * pivot[k];
-            }
-            let ratio = entry / l[j][j];
-            l[i][j] = ratio;
-            diagonal -= ratio * entry;
-            right -= ratio * y[j];
-        }
-        l[i][i] = diagonal;
-        y[i] = right;
-    }
-    for i in (0..count).rev() {
-        let mut x = y[i] / l[i][i];
-        for j in i + 1..count {
-            x -= l[j][i] * v[free[j]];
-        }
-        v[free[i]] = x;
-    }
-    v
-}
-
 /// Coordinate descent: every step is the least value along one axis.
 fn descend<const N: usize>(
     a: &[[f64; N]; N],
-    b: &[f64; N],
+    free: &[f64; N],
+    push: &[f64; N],
     restraints: &[Restraint; N],
     v: &mut [f64; N],
 ) {
+    let b: [f64; N] = core::array::from_fn(|k| push[k] + dot(&a[k], free));
     for (v, r) in v.iter_mut().zip(restraints) {
         *v = v.clamp(r.low, r.high);
     }

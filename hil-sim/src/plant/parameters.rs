@@ -6,7 +6,9 @@
 use core::f64::consts::TAU;
 
 use super::axis::PlantParameters;
+use super::commissioning::{Inertia, inertias};
 use super::mechanics::{Apart, Mechanics};
+use super::motor::Winding;
 use super::random::SplitMix64;
 use super::rigid_body::RigidBody;
 use crate::drive::parameters::DriveParameters;
@@ -57,12 +59,13 @@ const START_RAD: [f64; 2] = [5.0, 40.0];
 const COARSE_INCREMENTS: u32 = 1000;
 const COARSE: f64 = 0.25;
 
-/// Bandwidths of position and velocity and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
-/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral) /
-/// (position·integral) = 17; with a quarter of it the velocity loop closes at 800 1/s.
-const DIRECT_POSITION: f64 = 30.0;
-const DIRECT_VELOCITY: f64 = 200.0;
-const DIRECT_INTEGRAL: f64 = 20.0;
+/// Bandwidths of position, velocity and observer and integral of a drive without a gear, 1/s. ASSUMED: with the inertia
+/// r times the one the loop is tuned for, P and PI stay stable where r < velocity·(position + integral)/
+/// (position·integral) = 21, and the delays allow a fifteenth of it: what an arm needs, see `plant::commissioning`.
+const DIRECT_POSITION: f64 = 25.0;
+const DIRECT_VELOCITY: f64 = 150.0;
+const DIRECT_INTEGRAL: f64 = 10.0;
+const DIRECT_OBSERVER: f64 = 1600.0;
 
 /// Turns a minute of a velocity, rad/s, to the nearest.
 #[expect(
@@ -79,7 +82,44 @@ fn peak_a(axis: &AxisDescription) -> f64 {
     axis.current_regulator.limit_ma * 1e-3
 }
 
-fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetup {
+/// The windings of the arms' motors. MRROC++ (`hi_moxa.h`): 48 V. ASSUMED: 1 Ω, with which its regulators are stable
+/// on every axis (2 Ω is not), an electrical time constant of 1 ms, and the heat of a servo motor of some
+/// 200 W: 32 s for the winding and 22 min for the housing, which at rated current (a quarter of the peak) ends at
+/// 95 K above the air; insulation of class F with 20 K in hand.
+const ARM_WINDING: Winding = Winding {
+    resistance_ohm: 1.0,
+    inductance_h: 0.001,
+    supply_v: 48.0,
+    winding_j_k: 40.0,
+    housing_j_k: 600.0,
+    winding_housing_k_w: 0.8,
+    housing_air_k_w: 2.2,
+    air_c: 20.0,
+    trip_c: 135.0,
+};
+
+/// What is known of a robot's windings: those of the others nobody published, and nothing about them can be
+/// concluded from their regulators.
+const fn winding(kind: RobotKind) -> Option<Winding> {
+    match kind {
+        RobotKind::Irp6Track | RobotKind::Irp6Postument | RobotKind::Irp6Arm => Some(ARM_WINDING),
+        RobotKind::Polycrank
+        | RobotKind::Conveyor
+        | RobotKind::Irp6TrackGripper
+        | RobotKind::Irp6PostumentGripper
+        | RobotKind::Rnt => None,
+    }
+}
+
+/// An axis whose drive is tuned for `tuned_kg_m2`, or for rotor and load.
+fn axis(
+    kind: RobotKind,
+    description: &AxisDescription,
+    tuned_kg_m2: Option<f64>,
+    bus: u8,
+    node: u8,
+    seed: u64,
+) -> AxisSetup {
     let motor = description.motor;
     let inertia = motor.rotor_kg_m2 + motor.load_kg_m2;
     let Range {
@@ -93,13 +133,19 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
         inertia_kg_m2: inertia,
         viscous_nms_rad: motor.viscous_nms_rad,
         coulomb_nm: motor.coulomb_nm,
+        // nobody knows more of their friction
+        stiction_nm: 0.0,
+        stribeck_rad_s: 1.0,
         // ASSUMED: a holding brake is chosen for the motor's peak torque.
         brake_nm: 1.5 * peak_a * motor.torque_constant_nm_a,
         // ASSUMED: a quarter above the regulator's clamp.
         current_limit_a: 1.25 * peak_a,
         // ASSUMED: a 500 Hz current loop.
         current_time_s: 0.000_3,
+        winding: winding(kind),
         increments_per_turn: description.increments_per_turn,
+        // ASSUMED: gated.
+        index_increments: 1,
         absolute: description.homing == AxisHoming::Absolute,
         switch_rad: match description.homing {
             AxisHoming::Switch { .. } => SWITCH_RAD,
@@ -120,7 +166,7 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
             description.increments_per_turn,
             peak_a,
             motor.torque_constant_nm_a,
-            inertia,
+            tuned_kg_m2.unwrap_or(inertia),
             u32::from(node),
         )
     };
@@ -140,6 +186,7 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
             position_bandwidth: DIRECT_POSITION,
             velocity_bandwidth: DIRECT_VELOCITY,
             velocity_integral: DIRECT_INTEGRAL,
+            observer_bandwidth: DIRECT_OBSERVER,
             ..drive
         }
     } else {
@@ -162,10 +209,11 @@ fn axis(description: &AxisDescription, bus: u8, node: u8, seed: u64) -> AxisSetu
 /// axes each on its own.
 #[must_use]
 pub fn robot(kind: RobotKind, seed: u64) -> RobotSetup {
-    kind.visit(TrackRule::Keep, Setup { seed })
+    kind.visit(TrackRule::Keep, Setup { kind, seed })
 }
 
 struct Setup {
+    kind: RobotKind,
     seed: u64,
 }
 
@@ -176,11 +224,26 @@ impl RobotVisitor for Setup {
     where
         R: Robot<N> + Send + 'static,
     {
-        let axes = robot.description().axes.iter();
-        let axes = axes
-            .zip(robot.description().drive_buses())
+        let description = robot.description();
+        let direct = description.axes.iter().any(AxisDescription::is_direct);
+        let chain = robot.chain().filter(|_| direct);
+        let tuned = chain.map(|chain| inertias(description, &chain).map(Inertia::tuned));
+        let axes = description
+            .axes
+            .iter()
+            .zip(description.drive_buses())
+            .enumerate()
             .zip(1_u8..)
-            .map(|((description, bus), node)| axis(description, bus, node, self.seed))
+            .map(|((k, (description, bus)), node)| {
+                axis(
+                    self.kind,
+                    description,
+                    tuned.map(|tuned| tuned[k]),
+                    bus,
+                    node,
+                    self.seed,
+                )
+            })
             .collect();
         let mechanics: Box<dyn Mechanics> = match RigidBody::new(robot) {
             Some(body) => Box::new(body),

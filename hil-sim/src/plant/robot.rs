@@ -1,10 +1,14 @@
 //! The drives and plants of one robot on its drive buses.
 
+use protocol::canopen::emcy::ErrorCode;
 use protocol::canopen::node::NodeId;
 use protocol::frame::Frame;
 
 use super::axis::{AxisPlant, Broken, Drive};
-use super::mechanics::Mechanics;
+use super::contact::{Obstacle, Tip};
+use super::force_sensor::{self, ForceNode};
+use super::gear::{Gear, GearError};
+use super::mechanics::{Mechanics, Wrist};
 use super::parameters::{AxisSetup, RobotSetup};
 use super::random::SplitMix64;
 use crate::drive::{DriveFault, SimDrive};
@@ -60,6 +64,20 @@ pub enum SetupError {
 struct OnBus {
     bus: u8,
     drive: SimDrive,
+    /// What was put into it from outside.
+    injected: Option<DriveFault>,
+    /// Has its motor's thermal switch opened?
+    hot: bool,
+}
+
+impl OnBus {
+    /// The thermal switch is an input of the drive: while it is open the drive trips, unless something else
+    /// was put into it.
+    fn heed(&mut self, hot: bool) {
+        self.hot = hot;
+        let tripped = hot.then_some(DriveFault::Trip(ErrorCode::OVER_TEMPERATURE));
+        self.drive.set_fault(self.injected.or(tripped));
+    }
 }
 
 /// One robot: its drives, motors and links.
@@ -67,9 +85,11 @@ pub struct SimRobot {
     drives: Vec<OnBus>,
     plants: Vec<AxisPlant>,
     mechanics: Box<dyn Mechanics>,
+    force: Option<ForceNode>,
     /// What the drives command in this substep.
     commands: Vec<Drive>,
     motor_rad: Vec<f64>,
+    links_rad: Vec<f64>,
     substep_ns: u64,
     substep_s: f64,
     now_ns: u64,
@@ -123,15 +143,19 @@ impl SimRobot {
             drives.push(OnBus {
                 bus,
                 drive: SimDrive::new(id, axis.drive, 0, dt_s),
+                injected: None,
+                hot: false,
             });
             plants.push(AxisPlant::new(axis.plant, axis.start_rad, dt_s, random));
         }
         Ok(Self {
             commands: vec![Drive::default(); drives.len()],
             motor_rad: plants.iter().map(AxisPlant::angle_rad).collect(),
+            links_rad: plants.iter().map(AxisPlant::angle_rad).collect(),
             drives,
             plants,
             mechanics,
+            force: None,
             substep_ns,
             substep_s: dt_s,
             now_ns: 0,
@@ -182,14 +206,55 @@ impl SimRobot {
             Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}
         }
         plant.set_broken(broken);
-        on_bus.drive.set_fault(fault);
+        on_bus.injected = fault;
+        on_bus.heed(on_bus.hot);
         true
+    }
+
+    /// Breaks or mends the receptors of an axis, in more ways than [`DriveFault`] has. `false` if there is no
+    /// such axis.
+    pub fn set_broken(&mut self, axis: usize, broken: Broken) -> bool {
+        let plant = self.plants.get_mut(axis);
+        plant.map(|plant| plant.set_broken(broken)).is_some()
     }
 
     /// Fixes a body, in the flange's frame, to the flange instead of what was there; `false` if the robot
     /// has none.
     pub fn carry(&mut self, body: Option<&Body>) -> bool {
         self.mechanics.carry(body)
+    }
+
+    /// Puts a gear that gives between a motor and its links, or takes it out again. None has one from the start:
+    /// nobody published the stiffness of any of the robots.
+    ///
+    /// # Errors
+    /// [`GearError`].
+    pub fn set_gear(&mut self, axis: usize, gear: Option<Gear>) -> Result<(), GearError> {
+        self.mechanics.set_gear(axis, gear)
+    }
+
+    /// The motor angles that belong to where the links are, rad, in axis order: those of the motors unless a gear
+    /// gives. For observers; no node sees it.
+    #[must_use]
+    pub fn links_rad(&self) -> &[f64] {
+        &self.links_rad
+    }
+
+    /// Puts stiff bodies around the robot, in its base frame, and a tip on its tool; `false` if it has no flange.
+    pub fn surround(&mut self, obstacles: Vec<Obstacle>, tip: Tip) -> bool {
+        self.mechanics.surround(obstacles, tip)
+    }
+
+    /// Puts a force sensor into the wrist, with its own node on a bus, instead of what was there; takes it out.
+    /// It is silent on a robot without a flange.
+    pub fn set_force_node(&mut self, node: Option<ForceNode>) {
+        self.force = node;
+    }
+
+    /// The wrist after the last substep; none where there is none.
+    #[must_use]
+    pub fn wrist(&self) -> Option<Wrist> {
+        self.mechanics.wrist(&self.plants)
     }
 
     /// Runs drives and plants up to `now_ns`; `out` gets what the drives send, in order of time.
@@ -210,12 +275,27 @@ impl SimRobot {
         }
         self.mechanics
             .step(&mut self.plants, &self.commands, self.substep_s);
-        for (plant, motor_rad) in self.plants.iter().zip(&mut self.motor_rad) {
+        let axes = self.drives.iter_mut().zip(&self.plants);
+        let angles = self.motor_rad.iter_mut().zip(&mut self.links_rad);
+        for (axis, ((on_bus, plant), (motor_rad, links_rad))) in axes.zip(angles).enumerate() {
             *motor_rad = plant.angle_rad();
+            *links_rad = self.mechanics.links_rad(axis).unwrap_or(*motor_rad);
+            if plant.is_hot() != on_bus.hot {
+                on_bus.heed(plant.is_hot());
+            }
         }
-        for OnBus { bus, drive } in &mut self.drives {
+        for OnBus { bus, drive, .. } in &mut self.drives {
             let bus = *bus;
             drive.poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
+        }
+        if let Some(node) = &mut self.force
+            && at_ns % force_sensor::PERIOD_NS < self.substep_ns
+            && let Some(wrist) = self.mechanics.wrist(&self.plants)
+        {
+            let bus = node.bus;
+            for frame in node.publish(&wrist) {
+                out(Sent { at_ns, bus, frame });
+            }
         }
     }
 

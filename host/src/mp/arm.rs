@@ -71,6 +71,8 @@ pub trait Arm: fmt::Debug + Send + Sync {
     /// # Errors
     /// [`KinematicError::Limit`] of the first axis outside.
     fn check(&self, joints: &[f64]) -> Result<(), KinematicError>;
+    /// Greatest velocity and acceleration of the tool that its node takes: m/s and rad/s, m/s² and rad/s².
+    fn tool_ceilings(&self) -> [f64; 2];
     /// What a plan may ask of each joint such that every motor bears it.
     fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<AxisLimits>;
 }
@@ -206,6 +208,10 @@ where
         let joints = Joints(sized::<N>(joints)?);
         self.robot.check_joints(&joints)?;
         self.robot.check_motors(&self.robot.motors(&joints)?)
+    }
+    fn tool_ceilings(&self) -> [f64; 2] {
+        let robot = self.robot.description();
+        [robot.cartesian_velocity, robot.cartesian_acceleration]
     }
     fn joint_ceilings(&self, factor: VelocityFactor) -> PerAxis<AxisLimits> {
         self.robot

@@ -151,6 +151,15 @@ pub enum Why {
         /// Why.
         error: KinematicError,
     },
+    /// The tool is asked for more than the robot's node takes.
+    Speed {
+        /// Of what, with its unit.
+        what: &'static str,
+        /// How much was asked for.
+        asked: f64,
+        /// How much there is.
+        most: f64,
+    },
     /// The carry cannot be.
     Carry(Box<Failure>),
     /// An element of a path cannot be.
@@ -201,6 +210,11 @@ impl fmt::Display for PlanError {
                     100.0 * share
                 )
             }
+            Why::Speed { what, asked, most } => write!(
+                f,
+                "{}: {what} of the tool out of range (expected at most {most}, got {asked})",
+                self.robot
+            ),
             Why::Carry(failure) => failure.fmt(f),
             Why::Element { number, fault } => {
                 write!(f, "{}: point {number} of the path: {fault}", self.robot)
@@ -361,7 +375,7 @@ impl Walk<'_> {
         walk::follow(config, place, step).map_err(|why| {
             let number = match &why {
                 Why::Element { number, .. } | Why::Point { number, .. } => *number,
-                Why::NotHomed | Why::Kinematics { .. } | Why::Carry(_) => 0,
+                Why::NotHomed | Why::Kinematics { .. } | Why::Speed { .. } | Why::Carry(_) => 0,
             };
             // a point stands in the file of the path, or in the task
             let mark = number.checked_sub(1).and_then(|k| step.path.marks.get(k));

@@ -181,6 +181,38 @@ fn plan(steps: &str, path: Option<&Path>) -> Result<Plan, String> {
 }
 
 #[test]
+fn a_tool_is_not_asked_for_more_than_its_node_takes() {
+    // a share of 5 m/s; an RNT takes 0.2 m/s and 1 m/s²
+    for (speeds, expected) in [
+        (
+            "speed = 0.05, acceleration = 0.1",
+            Some("velocity in m/s of the tool out of range (expected at most 0.2, got 0.25)"),
+        ),
+        (
+            "speed = 0.04, acceleration = 0.25",
+            Some("acceleration in m/s² of the tool out of range (expected at most 1, got 1.25)"),
+        ),
+        ("speed = 0.04, acceleration = 0.2", None),
+    ] {
+        let text = format!(
+            "title = \"fast\"\n[[cell.robot]]\nkind = \"rnt\"\n[[step]]\nhome = [\"rnt\"]\n[[step]]\n\
+             move = {{ robot = \"rnt\", pose = {{ position_m = [0, 0, 0.01] }}, relative = true, {speeds} }}\n"
+        );
+        let task = Task::parse(&text).unwrap();
+        let config: Config = config_of(&task.cell).unwrap();
+        let places = config
+            .robots
+            .iter()
+            .map(|r| Place::unknown(r.arm))
+            .collect();
+        let plan = Plan::new(&task, Some(Path::new("job.toml")), &config, places);
+        let told = plan.err().map(|error| error.to_string());
+        let expected = expected.map(|words| format!("job.toml:6: error: rnt: {words}"));
+        assert_eq!(told, expected);
+    }
+}
+
+#[test]
 fn what_cannot_be_is_told_with_its_line() {
     let path = Path::new("job.toml");
     let error = plan(

@@ -19,9 +19,9 @@ use crate::cad::section::Work;
 use crate::cad::step::Action;
 use crate::cad::{Format, Options, Program, Summary};
 use crate::input::{DataError, LoadError, Problem};
+use crate::mp::arm::{Arm, arm};
 use crate::path::{MOST_POINTS, Mark, Reference, ToolPath};
 use crate::task::PathStep;
-use robots::{Robot, RobotVisitor};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -176,7 +176,8 @@ fn on_path(
     file: &Path,
     marks: Vec<Mark>,
 ) -> PathStep {
-    let [v, a] = cartesian(cell, robot);
+    let arm = cell.robots.get(robot).map(|spec| arm(spec.kind));
+    let [v, a] = arm.map_or([MOST_SPEED; 2], Arm::tool_ceilings);
     let most = |asked: f64, limit: f64| if asked < limit { asked } else { limit };
     let path = ToolPath {
         file: Some(file.to_path_buf()),
@@ -191,21 +192,6 @@ fn on_path(
         ]),
         ..PathStep::new(robot, path, Reference::Base, None)
     }
-}
-
-/// What a node takes for its tool's velocity and acceleration, m/s and m/s², and in rad alike.
-fn cartesian(cell: &Cell, robot: usize) -> [f64; 2] {
-    struct Limits;
-    impl RobotVisitor for Limits {
-        type Output = [f64; 2];
-        fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> [f64; 2] {
-            let robot = robot.description();
-            [robot.cartesian_velocity, robot.cartesian_acceleration]
-        }
-    }
-    cell.robots
-        .get(robot)
-        .map_or([MOST_SPEED; 2], |spec| spec.kind.visit(spec.track, Limits))
 }
 
 enum Part {

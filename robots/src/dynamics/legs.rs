@@ -55,4 +55,17 @@ impl Legs {
             *three = self.by_length.tr_mul(&Vector3::from(*three)).into();
         }
     }
+
+    /// The same for every column of a matrix given by its rows.
+    #[inline]
+    pub(super) fn forces_of_rows<const N: usize>(&self, rows: &mut [[f64; N]]) {
+        let Some([a, b, c]) = rows.first_chunk_mut::<3>() else {
+            return;
+        };
+        for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+            let mut column = [*a, *b, *c];
+            self.forces(&mut column);
+            [*a, *b, *c] = column;
+        }
+    }
 }

@@ -14,7 +14,7 @@
 //! platform, a third map where there is one (`Legs`). A rotor's spin is not coupled to the turning of the
 //! link that carries it: its mass is part of that link, the gyroscopic torque of the rotor is left out.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{ArrayStorage, SMatrix, Vector3};
 
 use super::chain::Posture;
 use super::forward::solve;
@@ -191,8 +191,11 @@ impl<const N: usize> Transmission<N> {
     /// Jᵀ·M·J + I: the mass matrix seen at the motors, kg·m², from that of the joints.
     #[must_use]
     pub fn mass_matrix(&self, joints: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-        let half = self.transposed_times(joints).transpose();
-        let mut matrix = self.transposed_times(&half);
+        // M is symmetric, so its columns are its rows; and so is the result
+        let half = self.transposed_times(joints.data.0);
+        let turned = SMatrix::from_array_storage(ArrayStorage(half)).transpose();
+        let rows = self.transposed_times(turned.data.0);
+        let mut matrix = SMatrix::from_array_storage(ArrayStorage(rows));
         for (k, rotor) in self.rotors.iter().enumerate() {
             if let Some(entry) = matrix.get_mut((k, k)) {
                 *entry += rotor;
@@ -201,11 +204,26 @@ impl<const N: usize> Transmission<N> {
         matrix
     }
 
-    /// Jᵀ·A.
-    fn transposed_times(&self, a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-        SMatrix::from_array_storage(nalgebra::ArrayStorage(
-            a.data.0.map(|column| self.motor_torques(&column)),
-        ))
+    /// The rows of Jᵀ·A from those of A: [`Transmission::motor_torques`] of every column at once.
+    fn transposed_times(&self, rows: [[f64; N]; N]) -> [[f64; N]; N] {
+        let mut of_links = rows;
+        if let Some(legs) = &self.legs {
+            legs.forces_of_rows(&mut of_links);
+        }
+        let mut out = [[0.0; N]; N];
+        let (mut link_after, mut motor_after) = ([0.0; N], [0.0; N]);
+        for ((out, joint), ratio) in out.iter_mut().zip(of_links).zip(&self.ratios).rev() {
+            let columns = out.iter_mut().zip(joint);
+            for ((out, joint), (link, motor)) in
+                columns.zip(link_after.iter_mut().zip(&mut motor_after))
+            {
+                let own = ratio.reduction * (joint - *link);
+                *out = own - *motor;
+                *link = ratio.on_previous_link * joint;
+                *motor = ratio.on_previous_motor * own;
+            }
+        }
+        out
     }
 }
 
@@ -279,5 +297,5 @@ pub fn joints_by_motors<const N: usize>(
         };
         *column = robot.joint_motion(&motion)?.velocity;
     }
-    Ok(SMatrix::from_array_storage(nalgebra::ArrayStorage(columns)))
+    Ok(SMatrix::from_array_storage(ArrayStorage(columns)))
 }

@@ -72,8 +72,9 @@ fn an_error_of_one_axis_is_answered_on_all_as_the_mass_matrix_says() {
     let q = Joints(d.position);
     let matrix = Polycrank.chain().unwrap().at(&q).mass_matrix();
     let matrix = Polycrank.transmission(&q).unwrap().mass_matrix(&matrix);
-    for k in 0..7 {
-        let answered = (currents[1][k] - currents[0][k]) * 1e-3 * 2.0;
+    for (k, axis) in Polycrank.description().axes.iter().enumerate() {
+        let constant = axis.motor.torque_constant_nm_a;
+        let answered = (currents[1][k] - currents[0][k]) * 1e-3 * constant;
         let expected = matrix[(k, 1)] * 1600.0 * 1e-4;
         assert!(
             (answered - expected).abs() < 1e-9,

@@ -496,10 +496,11 @@ impl DriveLink {
         &mut self,
         controlword: u16,
         target: Target,
+        offset: Option<i16>,
         tx: &mut impl FnMut(Port, Frame),
     ) {
         if self.is_ready() {
-            let frame = axis::command(self.address.id, controlword, target);
+            let frame = axis::command(self.address.id, controlword, target, offset);
             tx(Port::Drives(self.address.bus), frame);
         }
     }

@@ -24,6 +24,8 @@ pub struct AxisSetup {
     pub max_torque: u16,
     /// Mode of operation at start (csp 8, cst 10).
     pub mode: i8,
+    /// The torque offset is mapped.
+    pub torque_offset: bool,
 }
 
 impl Default for AxisSetup {
@@ -36,6 +38,7 @@ impl Default for AxisSetup {
             quick_stop_deceleration: 100_000_000,
             max_torque: 0,
             mode: 8,
+            torque_offset: false,
         }
     }
 }
@@ -136,13 +139,21 @@ impl Script {
                 Self::Objects(step) => {
                     let write = object(setup, *step);
                     *step = step.saturating_add(1);
-                    let pdo =
-                        Setup::new(Direction::Receive, 1, axis::rpdo1(node), &axis::RPDO1_CSP);
+                    let entries: &[_] = if setup.torque_offset {
+                        &axis::RPDO1_CSP_OFFSET
+                    } else {
+                        &axis::RPDO1_CSP
+                    };
+                    let pdo = Setup::new(Direction::Receive, 1, axis::rpdo1(node), entries);
                     (write, Self::Rpdo1(pdo))
                 }
                 Self::Rpdo1(pdo) => {
-                    let next =
-                        Setup::new(Direction::Receive, 2, axis::rpdo2(node), &axis::RPDO2_CST);
+                    let entries: &[_] = if setup.torque_offset {
+                        &axis::RPDO2_CST_OFFSET
+                    } else {
+                        &axis::RPDO2_CST
+                    };
+                    let next = Setup::new(Direction::Receive, 2, axis::rpdo2(node), entries);
                     (pdo.next(), Self::Rpdo2(next))
                 }
                 Self::Rpdo2(pdo) => {

@@ -131,7 +131,7 @@ impl Bench {
         }
         if self.talks {
             let word = self.master.next(self.status);
-            let frame = axis::command(self.node, word.0, self.target);
+            let frame = axis::command(self.node, word.0, self.target, None);
             self.send(&frame);
         }
         self.wait(CYCLE_NS / MS);

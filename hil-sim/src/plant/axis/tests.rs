@@ -1,4 +1,6 @@
+use super::super::receptors::floor;
 use super::*;
+use core::f64::consts::TAU;
 
 const DT: f64 = 0.000_25;
 
@@ -8,10 +10,14 @@ fn parameters() -> PlantParameters {
         inertia_kg_m2: 2.0e-4,
         viscous_nms_rad: 0.02,
         coulomb_nm: 0.02,
+        stiction_nm: 0.0,
+        stribeck_rad_s: 1.0,
         brake_nm: 2.0,
         current_limit_a: 20.0,
         current_time_s: 0.000_3,
+        winding: None,
         increments_per_turn: 4000,
+        index_increments: 1,
         absolute: false,
         switch_rad: -2.0,
         switch_hysteresis_rad: 0.05,
@@ -156,7 +162,7 @@ fn broken_receptors_lie() {
     plant.set_broken(Broken {
         encoder: true,
         switch: Some(true),
-        index: false,
+        ..Broken::default()
     });
     run(&mut plant, 0.3, true, 0.0, 1.0);
     assert_eq!((plant.sensed().count, plant.sensed().home), (0, true));
@@ -203,4 +209,89 @@ fn an_absolute_encoder_counts_from_the_angle_zero_and_without_end() {
         assert_eq!(sensed.to_bits(), count.floor().to_bits(), "{start}");
         assert!(!plant.sensed().negative_limit && !plant.sensed().positive_limit);
     }
+}
+
+#[test]
+fn an_index_wider_than_an_increment_is_met_at_either_end() {
+    let wide = PlantParameters {
+        index_increments: 5,
+        ..parameters()
+    };
+    let mut plant = AxisPlant::new(wide, 3.0, DT, SplitMix64::new(1));
+    let mut seen = Vec::new();
+    for torque_nm in [-0.3, 0.3, -0.3] {
+        for _ in 0..4000 {
+            let command = Drive {
+                torque_nm,
+                release_brake: true,
+            };
+            plant.step(command, 0.0);
+            if plant.angle_rad().abs() < 5.0 {
+                seen.extend(plant.sensed().index);
+            }
+        }
+    }
+    // as above: it begins in the increment −1910, and from above it begins four increments later
+    assert_eq!(seen, [-1906, -1910, -1906]);
+}
+
+#[test]
+fn a_motor_that_turns_back_inside_a_pulse_tells_it_once() {
+    let wide = PlantParameters {
+        index_increments: 100,
+        absolute: true,
+        ..parameters()
+    };
+    let mut plant = AxisPlant::new(wide, -0.01, DT, SplitMix64::new(1));
+    let mut seen = Vec::new();
+    // 100 increments are 0.157 rad
+    for angle in [0.01, 0.1, 0.05, 0.15, -0.01, 0.02, 0.2, 0.1, 0.3] {
+        plant.moved(angle, 0.0);
+        seen.push(plant.sensed().index);
+    }
+    let (up, down) = (Some(0), Some(99));
+    assert_eq!(seen, [up, None, None, None, None, up, None, down, None]);
+}
+
+#[test]
+fn an_encoder_that_jumps_or_flips_a_bit_says_so_ever_after() {
+    let mut plant = plant(3.0);
+    plant.set_broken(Broken {
+        jump: 4000,
+        ..Broken::default()
+    });
+    run(&mut plant, 0.0, false, 0.0, DT);
+    assert_eq!(plant.sensed().count, 4000, "off by a turn");
+    plant.set_broken(Broken {
+        flipped_bit: Some(12),
+        ..Broken::default()
+    });
+    run(&mut plant, 0.0, false, 0.0, DT);
+    assert_eq!(plant.sensed().count, 4096);
+}
+
+#[test]
+fn friction_at_rest_is_overcome_once_and_falls_with_velocity() {
+    let sticky = PlantParameters {
+        stiction_nm: 0.03,
+        ..parameters()
+    };
+    let mut plant = AxisPlant::new(sticky, 0.0, DT, SplitMix64::new(1));
+    run(&mut plant, 0.049, true, 0.0, 0.5);
+    assert!(plant.velocity_rad_s().abs() < 1e-12, "it sticks");
+    run(&mut plant, 0.06, true, 0.0, 1.0);
+    // e^(−4): 0.02·v + 0.02 + 0.03·e^(−v²) = 0.06 at v = 1.97
+    assert!(
+        (plant.velocity_rad_s() - 1.97).abs() < 0.01,
+        "{}",
+        plant.velocity_rad_s()
+    );
+    let energy = |plant: &AxisPlant| plant.velocity_rad_s() * plant.velocity_rad_s();
+    let mut before = energy(&plant);
+    for _ in 0..400 {
+        run(&mut plant, 0.0, true, 0.0, DT);
+        assert!(energy(&plant) <= before, "friction never accelerates");
+        before = energy(&plant);
+    }
+    assert!(before < 1e-12);
 }

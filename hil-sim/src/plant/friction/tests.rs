@@ -48,7 +48,7 @@ proptest! {
     ) {
         let (a, r) = (matrix(&g), restraints(&dry, &room));
         let mut contacts = START;
-        let v = velocities(&a, &b, &r, &mut contacts);
+        let v = System::new(a).velocities(&[0.0; 4], &b, &r, &mut contacts);
         let least = objective(&a, &b, &r, &v);
         for k in 0..4 {
             prop_assert!(r[k].low <= v[k] && v[k] <= r[k].high);
@@ -60,7 +60,7 @@ proptest! {
         }
         // once more from what it found: the same; where only descent came to an end, values within 1e-13 of the
         // least leave velocities within √(2·1e-13/0.05) = 2e-6, since 0.05 is the least eigenvalue
-        let again = velocities(&a, &b, &r, &mut contacts);
+        let again = System::new(a).velocities(&[0.0; 4], &b, &r, &mut contacts);
         for k in 0..4 {
             prop_assert!((again[k] - v[k]).abs() < 4e-6);
         }
@@ -74,8 +74,7 @@ proptest! {
         room in prop::array::uniform4(prop::array::uniform2(0.0..1.0f64)),
     ) {
         let (a, r) = (matrix(&g), restraints(&dry, &room));
-        let b = core::array::from_fn(|k| dot(&a[k], &v0));
-        let v = velocities(&a, &b, &r, &mut START.clone());
+        let v = System::new(a).velocities(&v0, &[0.0; 4], &r, &mut START.clone());
         let energy = |v: &[f64; 4]| (0..4).map(|k| 0.5 * v[k] * dot(&a[k], v)).sum::<f64>();
         // energies of order 10
         prop_assert!(energy(&v) <= energy(&v0) + 1e-13);
@@ -94,9 +93,9 @@ proptest! {
         for (k, row) in a.iter_mut().enumerate() {
             row[k] += 0.5;
         }
-        let found = velocities(&a, &b, &r, &mut START.clone());
+        let found = System::new(a).velocities(&[0.0; 4], &b, &r, &mut START.clone());
         let mut v = [0.0; 4];
-        descend(&a, &b, &r, &mut v);
+        descend(&a, &[0.0; 4], &b, &r, &mut v);
         for k in 0..4 {
             // a contraction by 0.4 at worst: 50 sweeps leave 1e-20
             prop_assert!((found[k] - v[k]).abs() < 1e-12);
@@ -115,11 +114,12 @@ fn a_stuck_axis_leaves_the_reduced_system_of_the_others() {
     };
     let loose = Restraint { dry: 0.0, ..held };
     let mut contacts = [Contact::Stuck; 2];
-    let v = velocities(&a, &[0.5, 6.0], &[held, loose], &mut contacts);
+    let mut system = System::new(a);
+    let v = system.velocities(&[0.0; 2], &[0.5, 6.0], &[held, loose], &mut contacts);
     assert_eq!(v.map(f64::to_bits), [0.0, 2.0].map(f64::to_bits));
     assert_eq!(contacts, [Contact::Stuck, Contact::Forward]);
     // overloaded it slips: 2·v0 + v1 = 103 − 100, v0 + 3·v1 = 6
-    let v = velocities(&a, &[103.0, 6.0], &[held, loose], &mut contacts);
+    let v = system.velocities(&[0.0; 2], &[103.0, 6.0], &[held, loose], &mut contacts);
     assert!(
         (v[0] - 0.6).abs() < 1e-12 && (v[1] - 1.8).abs() < 1e-12,
         "{v:?}"

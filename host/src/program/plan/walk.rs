@@ -7,7 +7,7 @@ use crate::path::{Streamed, pose};
 use crate::program::progress::Segment;
 use crate::task::PathStep;
 use motion::{Line, Pose};
-use protocol::message::{Instruction, PosePath, PoseReference};
+use protocol::message::{Instruction, PosePath, PoseReference, PoseSpeeds};
 use protocol::units::PerAxis;
 use robots::KinematicError;
 
@@ -58,8 +58,9 @@ pub(super) fn walk(
             target,
             reference,
             path,
-            ..
+            speeds,
         } => {
+            bearable(arm, speeds)?;
             let from = joints(arm, place)?;
             let t_base_tool = arm.forward(&from).map_err(goal)? * config.t_flange_tool;
             let to = match reference {
@@ -109,6 +110,7 @@ pub(super) fn follow(
     step: &PathStep,
 ) -> Result<Streamed, Why> {
     let arm = config.arm;
+    bearable(arm, &step.speeds)?;
     let mut near = joints(arm, place)?;
     let start = arm
         .forward(&near)
@@ -160,6 +162,29 @@ fn joints(arm: &dyn Arm, place: &Place) -> Result<PerAxis<f64>, Why> {
     } else {
         Err(Why::NotHomed)
     }
+}
+
+/// What the tool is asked for is what the robot's node takes.
+fn bearable(arm: &dyn Arm, speeds: &PoseSpeeds) -> Result<(), Why> {
+    let [v, a] = arm.tool_ceilings();
+    let asked = [
+        ("velocity in m/s", speeds.velocity_m_s, v),
+        ("velocity in rad/s", speeds.angular_velocity_rad_s, v),
+        ("acceleration in m/s²", speeds.acceleration_m_s2, a),
+        (
+            "acceleration in rad/s²",
+            speeds.angular_acceleration_rad_s2,
+            a,
+        ),
+    ];
+    for (what, asked, most) in asked {
+        let asked = f64::from(asked);
+        // they travel as f32
+        if asked > most * (1.0 + f64::from(f32::EPSILON)) {
+            return Err(Why::Speed { what, asked, most });
+        }
+    }
+    Ok(())
 }
 
 /// The goal first, because it says most; then what lies before it.

@@ -63,6 +63,8 @@ fn default_mappings_use_mappable_objects_of_the_right_length() {
     for (entries, receive) in [
         (&axis::RPDO1_CSP[..], true),
         (&axis::RPDO2_CST, true),
+        (&axis::RPDO1_CSP_OFFSET, true),
+        (&axis::RPDO2_CST_OFFSET, true),
         (&axis::TPDO1, false),
         (&axis::TPDO2, false),
     ] {

@@ -217,7 +217,7 @@ impl Loop {
             let target = Target::Torque(libm::round(per_mille) as i16);
             let word = self.masters[axis].next(status);
             let (bus, node) = self.nodes[axis];
-            let command = axis::command(node, word.0, target);
+            let command = axis::command(node, word.0, target, None);
             self.robot.on_frame(bus, self.now_ns, &command, &mut |_| ());
         }
         self.now_ns += 500_000;
