@@ -20,7 +20,7 @@ pub mod socketcan;
 pub mod spec;
 pub mod wire;
 
-pub use can::open_can;
+pub use can::{Hears, open_can};
 
 use protocol::frame::Frame;
 use protocol::time::Micros;
@@ -42,8 +42,8 @@ pub trait Bus {
     /// Hands a frame to the transport; never blocks.
     ///
     /// # Errors
-    /// [`BusError::Full`] when the transport has no room now: the frame was not sent, and later
-    /// ones may be. Anything else: see [`BusError`].
+    /// [`BusError::Full`] when the transport has no room now, [`BusError::Down`] while it is switched
+    /// off: the frame was not sent, and later ones may be. Anything else: see [`BusError`].
     fn send(&mut self, frame: &Frame) -> Result<(), BusError>;
 
     /// The next frame that has arrived, if any; never blocks.
@@ -77,6 +77,12 @@ pub enum BusError {
     /// No room to send now; try again or drop what is stale.
     #[error("{bus}: the transmit queue is full")]
     Full {
+        /// The connection.
+        bus: String,
+    },
+    /// The interface is switched off; frames are lost until it is switched on.
+    #[error("{bus}: the interface is down")]
+    Down {
         /// The connection.
         bus: String,
     },

@@ -5,7 +5,7 @@ pub(crate) mod args;
 use args::Args;
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
-use bus::{Bus, BusError, open_can};
+use bus::{Bus, BusError, Hears, open_can};
 use firmware::process::drive_buses;
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
@@ -162,7 +162,7 @@ fn build(
             )
         }
         (Place::Can { interface }, _) => {
-            let (can, _) = open_can(interface).map_err(unavailable)?;
+            let (can, _) = open_can(interface, Hears::Standard).map_err(unavailable)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
         }
         (Place::Hub { .. }, None) => {

@@ -3,7 +3,7 @@
 use crate::answers::{Answers, PATIENCE};
 use bus::hub::HubClient;
 use bus::spec::Place;
-use bus::{Bus, BusError, now, open_can};
+use bus::{Bus, BusError, Hears, now, open_can};
 use firmware::process::drive_buses;
 use firmware::{Port, Received};
 use process::{End, exit};
@@ -127,7 +127,7 @@ pub(crate) fn open(
             })
         }
         Place::Can { interface } => {
-            let (bus, mtu) = open_can(interface).map_err(unavailable)?;
+            let (bus, mtu) = open_can(interface, Hears::All).map_err(unavailable)?;
             let connections = vec![Connection::new(bus, Serves::OneWire)];
             Ok(Opened {
                 ports: Ports::new(connections, false),
@@ -181,7 +181,7 @@ impl Ports {
         self.connections.iter().all(|connection| connection.failed)
     }
 
-    /// Sends a frame; one for which there is no room is lost and counted, as on any bus.
+    /// Sends a frame; one for which there is no room, or no bus now, is lost and counted.
     pub(crate) fn send(&mut self, port: Port, frame: &Frame) {
         let Self {
             connections,
@@ -200,7 +200,7 @@ impl Ports {
                     connection.answers.sent(frame);
                 }
             }
-            Err(BusError::Full { .. }) => traffic.dropped += 1,
+            Err(BusError::Full { .. } | BusError::Down { .. }) => traffic.dropped += 1,
             Err(error) => {
                 connection.failed = true;
                 failure.get_or_insert(error);
