@@ -86,17 +86,17 @@ pub(crate) struct Opened {
     pub(crate) ports: Ports,
     /// Frame size towards the MP.
     pub(crate) mtu: Mtu,
-    /// All buses are one wire.
-    pub(crate) one_wire: bool,
 }
 
-/// Connects to the buses of a robot's node.
+/// Connects to the buses of a robot's node. On one wire `drives` are the ids of its own: others do not
+/// concern it.
 ///
 /// # Errors
 /// When the bus is not there, after a bounded wait for a hub.
 pub(crate) fn open(
     place: &Place,
     robot: RobotKind,
+    drives: &[u8],
     wait: &mut dyn FnMut(String),
 ) -> Result<Opened, End> {
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
@@ -123,16 +123,18 @@ pub(crate) fn open(
             Ok(Opened {
                 ports: Ports::new(connections, true),
                 mtu: Mtu::Classic,
-                one_wire: false,
             })
         }
         Place::Can { interface } => {
-            let (bus, mtu) = open_can(interface, Hears::All).map_err(unavailable)?;
+            let hears = Hears::Canopen {
+                ids: drives,
+                extended: true,
+            };
+            let (bus, mtu) = open_can(interface, hears).map_err(unavailable)?;
             let connections = vec![Connection::new(bus, Serves::OneWire)];
             Ok(Opened {
                 ports: Ports::new(connections, false),
                 mtu,
-                one_wire: true,
             })
         }
     }

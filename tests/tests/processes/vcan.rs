@@ -143,7 +143,7 @@ fn two_arms_boot_home_and_do_their_task_and_stop_when_their_master_is_killed() {
     if !is_here(FD) {
         return;
     }
-    // of the drives' frames SYNC and what tells of their boot: all would be some 800 000
+    // of the drives' frames SYNC and what tells of their boot: all would be some 600 000
     let mut witness = Witness::of_some(FD, &["080:7FF", "0E2:7FF", "700:780", "80000000:80000000"]);
     let mut cell = Cell::start(FD, &["irp6-track", "irp6-postument"]);
     let begun = Instant::now();
