@@ -5,6 +5,7 @@
 //! | [`wire`] | a virtual segment with arbitration and exact frame lengths, in virtual time |
 //! | [`hub`] | a loopback TCP server of the socketcand protocol, and its client |
 //! | [`socketcan`](open_can) | Linux network interfaces (module `socketcan`, Linux only) |
+//! | [`slcan`] | adapters on serial lines and TCP ports |
 //! | [`candump`] | log lines of can-utils, written and read |
 //! | [`spec`] | what `--bus` may say |
 //!
@@ -15,12 +16,13 @@
 mod can;
 pub mod candump;
 pub mod hub;
+pub mod slcan;
 #[cfg(target_os = "linux")]
 pub mod socketcan;
 pub mod spec;
 pub mod wire;
 
-pub use can::{Hears, open_can};
+pub use can::{Hears, MAX_IDS, open_can};
 
 use protocol::frame::Frame;
 use protocol::time::Micros;

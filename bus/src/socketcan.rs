@@ -1,6 +1,6 @@
 //! Linux CAN interfaces: can0, vcan0, …; classical and FD.
 
-use crate::{Bus, BusError, Hears, Received, now, until};
+use crate::{Bus, BusError, Hears, MAX_IDS, Received, now, until};
 use ::socketcan::{
     CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, CanFilter, EmbeddedFrame as _, ExtendedId,
     ShouldRetry as _, Socket as _, SocketOptions as _, StandardId,
@@ -57,16 +57,12 @@ impl SocketCan {
     ///
     /// # Errors
     /// One line that says what to do: no CAN support in the kernel, no such interface, …
-    pub fn open(interface: &str, hears: Hears) -> Result<Self, BusError> {
+    pub fn open(interface: &str, hears: Hears<'_>) -> Result<Self, BusError> {
         let label = format!("can:{interface}");
         let opened = CanFdSocket::open(interface).and_then(|socket| {
             socket.set_nonblocking(true)?;
-            match hears {
-                Hears::All => {}
-                Hears::Extended => {
-                    socket.set_filters(&[CanFilter::new(EXTENDED, EXTENDED)])?;
-                }
-                Hears::Standard => socket.set_filters(&[CanFilter::new(0, EXTENDED)])?,
+            if let Some(filters) = filters(hears) {
+                socket.set_filters(&filters)?;
             }
             // the kernel doubles what it is given, and admits a frame while the sum is below that
             socket
@@ -161,6 +157,22 @@ impl SocketCan {
             self.ignored += 1;
         }
         taken
+    }
+}
+
+/// What the kernel is to hand on; `None`: everything. A filter is an identifier and the bits of it that
+/// count.
+fn filters(hears: Hears<'_>) -> Option<Vec<CanFilter>> {
+    let extended = CanFilter::new(EXTENDED, EXTENDED);
+    match hears {
+        Hears::All => None,
+        Hears::Canopen { ids, .. } if ids.len() > MAX_IDS => None,
+        Hears::Extended => Some(vec![extended]),
+        Hears::Canopen { ids, extended: too } => {
+            let of = |id: &u8| CanFilter::new(u32::from(*id & 0x7F), EXTENDED | 0x7F);
+            let of_ids = ids.iter().map(of);
+            Some(of_ids.chain(too.then_some(extended)).collect())
+        }
     }
 }
 

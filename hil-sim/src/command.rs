@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
 /// The hub, if the bus is one, and what to call the bus.
 fn open_hub(args: &Args) -> Result<(String, Option<HubServer>), End> {
     let (host, port) = match &args.place {
-        Place::Can { interface } => return Ok((format!("can:{interface}"), None)),
+        place @ (Place::Can { .. } | Place::Slcan(_)) => return Ok((place.to_string(), None)),
         Place::Hub { host, port } => (host.as_str(), *port),
     };
     let unavailable = |text: String| End::new(exit::UNAVAILABLE, text);
@@ -171,6 +171,10 @@ fn build(
             let hears = Hears::Canopen { ids, extended };
             let (can, _) = open_can(interface, hears).map_err(unavailable)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
+        }
+        (Place::Slcan(adapter), _) => {
+            let line = Box::new(adapter.open().map_err(unavailable)?);
+            LiveRobot::new(robot, vec![line], Waiting::Look, Clock::strict(), period)
         }
         (Place::Hub { .. }, None) => {
             return Err(End::new(exit::INTERNAL, "the hub was not started"));

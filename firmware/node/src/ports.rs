@@ -131,12 +131,20 @@ pub(crate) fn open(
                 extended: true,
             };
             let (bus, mtu) = open_can(interface, hears).map_err(unavailable)?;
-            let connections = vec![Connection::new(bus, Serves::OneWire)];
-            Ok(Opened {
-                ports: Ports::new(connections, false),
-                mtu,
-            })
+            Ok(one_wire(bus, mtu))
         }
+        Place::Slcan(adapter) => {
+            let line = adapter.open().map_err(unavailable)?;
+            Ok(one_wire(Box::new(line), Mtu::Classic))
+        }
+    }
+}
+
+fn one_wire(bus: Box<dyn Bus>, mtu: Mtu) -> Opened {
+    let connections = vec![Connection::new(bus, Serves::OneWire)];
+    Opened {
+        ports: Ports::new(connections, false),
+        mtu,
     }
 }
 

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         mtu: Mtu::Classic,
         law: args.law,
         velocity_factor: args.velocity_factor,
-        one_wire: matches!(args.place, Place::Can { .. }),
+        one_wire: !matches!(args.place, Place::Hub { .. }),
         track: args.track,
     };
     let wrong = |error: ConfigError| {

@@ -67,7 +67,8 @@ enum Command {
 /// What all commands that command robots share.
 #[derive(Args, Debug)]
 struct Common {
-    /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
+    /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT, can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "virtual")]
     bus: BusSpec,
     /// Pace virtual time by the wall clock.
@@ -192,7 +193,8 @@ struct StopArgs {
     /// path (torque stays on), quick (then torque off) or torque-off.
     #[arg(long, default_value = "path", value_parser = stop_kind)]
     kind: StopKind,
-    /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
+    /// hub, hub:PORT, hub:HOST:PORT, can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "hub")]
     bus: Place,
 }

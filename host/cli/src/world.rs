@@ -216,6 +216,10 @@ pub(crate) fn open_bus(place: &Place) -> Result<(Box<dyn Bus>, Mtu), Error> {
             // its protocol has no FD frames
             Ok((Box::new(client), Mtu::Classic))
         }
+        Place::Slcan(adapter) => {
+            let line = adapter.open().map_err(|e| bus_error(&e))?;
+            Ok((Box::new(line), Mtu::Classic))
+        }
         Place::Can { interface } => {
             let (bus, mtu) = open_can(interface, Hears::Extended).map_err(|e| bus_error(&e))?;
             Ok((bus, mtu))
