@@ -289,7 +289,9 @@ proptest! {
         let fresh = || {
             let mut wire = Wire::new(Kind::Classic, 4);
             wire.set_mailboxes(1, mailboxes);
-            faults.iter().for_each(|fault| wire.disturb(*fault));
+            for fault in &faults {
+                wire.disturb(*fault);
+            }
             for (tap, at, id, len) in &posts {
                 wire.post(*tap, *at, frame(*id, &vec![0xA5; *len])).unwrap();
             }

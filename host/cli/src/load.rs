@@ -28,7 +28,8 @@ enum Command {
     /// What every bus carries at worst, beside what a simulated homing of all robots measured.
     ///
     /// The worst case is the sum over all cyclic frames of their greatest length by their rate. A bus above
-    /// 80 % of its capacity is refused when a task begins on simulated buses.
+    /// 80 % of its capacity is refused when a task begins on simulated buses. The demands of the servo steps, which an FD bus carries
+    /// besides, give way to everything else and do not count.
     Load(Load),
 }
 
@@ -136,6 +137,7 @@ fn value(traffic: &[Traffic], measured: Option<&[BusSummary]>) -> Value {
                 json!({
                     "what": entry.what, "frames": entry.frames, "worst_ns": entry.worst_ns,
                     "period_ns": entry.period_ns, "share": entry.share(),
+                    "gives_way": entry.gives_way,
                 })
             })
             .collect();
@@ -148,6 +150,7 @@ fn value(traffic: &[Traffic], measured: Option<&[BusSummary]>) -> Value {
         json!({
             "name": traffic.bus.name, "bit_rate": traffic.bus.bit_rate,
             "data_bit_rate": data_bit_rate(traffic), "worst": traffic.worst(),
+            "worst_of_all": traffic.whole(),
             "fits": traffic.fits(), "entries": entries, "measured": run,
         })
     });
@@ -174,10 +177,11 @@ fn print(
         };
         writeln!(
             out,
-            "{} ({kind}, {} kbit/s): {:.1} % at worst{}",
+            "{} ({kind}, {} kbit/s): {:.1} % at worst, {:.1} % with what gives way{}",
             traffic.bus.name,
             traffic.bus.bit_rate / 1000,
             traffic.worst() * 100.0,
+            traffic.whole() * 100.0,
             if traffic.fits() {
                 String::new()
             } else {

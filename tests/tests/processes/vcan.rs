@@ -149,7 +149,7 @@ fn two_arms_boot_home_and_do_their_task_and_stop_when_their_master_is_killed() {
     let begun = Instant::now();
     let task = [
         "run",
-        "../tasks/two-arms.toml",
+        "data/two-arms-short.toml",
         "--bus",
         "can:vcan0",
         "--json",
