@@ -218,14 +218,14 @@ fn killed_in_motion(node: &mut Process) {
     let end: Vec<i64> = positions.values().map(|all| *all.last().unwrap()).collect();
     let rest: Vec<i64> = after.values().map(|all| *all.last().unwrap()).collect();
     assert_eq!(end, rest, "nothing resumes by itself");
-    let whole = since(&[start.clone()], &[end]);
+    let whole = since(std::slice::from_ref(&start), &[end]);
     // every drive got a set-point in every servo step of its node: none is missing on the wire
     let counts: BTreeSet<usize> = positions.values().map(Vec::len).collect();
     let steps = *counts.first().unwrap();
     assert!(counts.last().unwrap() - steps <= 1, "{counts:?}");
     for step in 0..steps {
         let here: Vec<i64> = positions.values().map(|all| all[step]).collect();
-        let way = since(&[start.clone()], &[here]);
+        let way = since(std::slice::from_ref(&start), &[here]);
         if way[0].iter().any(|units| units.abs() > 1000) {
             on_the_path(&way[0], &whole[0], &start);
         }
