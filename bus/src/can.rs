@@ -3,14 +3,34 @@
 use crate::{Bus, BusError};
 use protocol::transfer::Mtu;
 
+/// Which frames a participant of an interface takes. The others do not wake it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hears<'a> {
+    /// All.
+    All,
+    /// Those of 29 bits: MP and nodes.
+    Extended,
+    /// Those of 11 bits whose last seven are one of these, a `CANopen` node id or 0 for all nodes; and
+    /// maybe those of 29 bits.
+    Canopen {
+        /// The node ids; at most [`MAX_IDS`].
+        ids: &'a [u8],
+        /// Those of 29 bits, too.
+        extended: bool,
+    },
+}
+
+/// Node ids that can be listened to at once; with more, everything is heard.
+pub const MAX_IDS: usize = 64;
+
 /// Opens a CAN interface that exists and is up, and says how long its frames may be: everybody on
 /// the interface goes by that.
 ///
 /// # Errors
 /// One line that says what to do: no such interface, no CAN in this system, …
 #[cfg(target_os = "linux")]
-pub fn open_can(interface: &str) -> Result<(Box<dyn Bus + Send>, Mtu), BusError> {
-    let bus = crate::socketcan::SocketCan::open(interface)?;
+pub fn open_can(interface: &str, hears: Hears<'_>) -> Result<(Box<dyn Bus + Send>, Mtu), BusError> {
+    let bus = crate::socketcan::SocketCan::open(interface, hears)?;
     Ok((Box::new(bus), linux::mtu(interface)))
 }
 
@@ -19,7 +39,7 @@ pub fn open_can(interface: &str) -> Result<(Box<dyn Bus + Send>, Mtu), BusError>
 /// # Errors
 /// Always, in one line that says so.
 #[cfg(not(target_os = "linux"))]
-pub fn open_can(interface: &str) -> Result<(Box<dyn Bus + Send>, Mtu), BusError> {
+pub fn open_can(interface: &str, _: Hears<'_>) -> Result<(Box<dyn Bus + Send>, Mtu), BusError> {
     Err(BusError::Open {
         bus: format!("can:{interface}"),
         reason: "only Linux has CAN interfaces (SocketCAN); use --bus hub".into(),

@@ -5,6 +5,7 @@
 //! | [`wire`] | a virtual segment with arbitration and exact frame lengths, in virtual time |
 //! | [`hub`] | a loopback TCP server of the socketcand protocol, and its client |
 //! | [`socketcan`](open_can) | Linux network interfaces (module `socketcan`, Linux only) |
+//! | [`slcan`] | adapters on serial lines and TCP ports |
 //! | [`candump`] | log lines of can-utils, written and read |
 //! | [`spec`] | what `--bus` may say |
 //!
@@ -15,12 +16,13 @@
 mod can;
 pub mod candump;
 pub mod hub;
+pub mod slcan;
 #[cfg(target_os = "linux")]
 pub mod socketcan;
 pub mod spec;
 pub mod wire;
 
-pub use can::open_can;
+pub use can::{Hears, MAX_IDS, open_can};
 
 use protocol::frame::Frame;
 use protocol::time::Micros;
@@ -42,8 +44,8 @@ pub trait Bus {
     /// Hands a frame to the transport; never blocks.
     ///
     /// # Errors
-    /// [`BusError::Full`] when the transport has no room now: the frame was not sent, and later
-    /// ones may be. Anything else: see [`BusError`].
+    /// [`BusError::Full`] when the transport has no room now, [`BusError::Down`] while it is switched
+    /// off: the frame was not sent, and later ones may be. Anything else: see [`BusError`].
     fn send(&mut self, frame: &Frame) -> Result<(), BusError>;
 
     /// The next frame that has arrived, if any; never blocks.
@@ -77,6 +79,12 @@ pub enum BusError {
     /// No room to send now; try again or drop what is stale.
     #[error("{bus}: the transmit queue is full")]
     Full {
+        /// The connection.
+        bus: String,
+    },
+    /// The interface is switched off; frames are lost until it is switched on.
+    #[error("{bus}: the interface is down")]
+    Down {
         /// The connection.
         bus: String,
     },

@@ -1,13 +1,15 @@
 //! Linux CAN interfaces: can0, vcan0, …; classical and FD.
 
-use crate::{Bus, BusError, Received, now, until};
+use crate::{Bus, BusError, Hears, MAX_IDS, Received, now, until};
 use ::socketcan::{
-    CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, EmbeddedFrame as _, ExtendedId,
-    ShouldRetry as _, Socket as _, StandardId,
+    CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, CanFilter, EmbeddedFrame as _, ExtendedId,
+    ShouldRetry as _, Socket as _, SocketOptions as _, StandardId,
 };
 use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
+use std::collections::VecDeque;
 use std::io;
+use std::time::Duration;
 
 // Numbers of the generic Linux ABI (x86, ARM, RISC-V).
 const EINVAL: i32 = 22;
@@ -19,12 +21,34 @@ const EAFNOSUPPORT: i32 = 97;
 const ENETDOWN: i32 = 100;
 const ENOBUFS: i32 = 105;
 
+/// Frames of one socket that the kernel holds before they are on the bus, at most. It sends them in
+/// the order in which it got them, so an urgent frame waits for no more than these.
+pub const KERNEL_QUEUE: usize = 8;
+
+/// Frames that wait for the kernel in this process, most urgent first, at most; with more,
+/// [`BusError::Full`].
+pub const QUEUE: usize = 256;
+
+/// In an identifier of the kernel: it has 29 bits.
+const EXTENDED: u32 = 0x8000_0000;
+
+/// Between two looks at whether the kernel takes more.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// What the kernel counts for a frame that waits: a buffer of 512 bytes for the frame, its private
+/// part and its shared information, and 256 for its description, on a 64-bit machine.
+const FRAME_BYTES: usize = 768;
+
 /// A raw socket on one interface.
+///
+/// An interface that is switched off is waited for: nothing arrives, and sending is
+/// [`BusError::Down`], until it is switched on again. One that is removed is [`BusError::Lost`].
 #[derive(Debug)]
 pub struct SocketCan {
     label: String,
     socket: CanFdSocket,
     waiting: Option<Received>,
+    unsent: VecDeque<Frame>,
     ignored: u64,
 }
 
@@ -33,15 +57,25 @@ impl SocketCan {
     ///
     /// # Errors
     /// One line that says what to do: no CAN support in the kernel, no such interface, …
-    pub fn open(interface: &str) -> Result<Self, BusError> {
+    pub fn open(interface: &str, hears: Hears<'_>) -> Result<Self, BusError> {
         let label = format!("can:{interface}");
-        let opened = CanFdSocket::open(interface)
-            .and_then(|socket| socket.set_nonblocking(true).map(|()| socket));
+        let opened = CanFdSocket::open(interface).and_then(|socket| {
+            socket.set_nonblocking(true)?;
+            if let Some(filters) = filters(hears) {
+                socket.set_filters(&filters)?;
+            }
+            // the kernel doubles what it is given, and admits a frame while the sum is below that
+            socket
+                .as_raw_socket()
+                .set_send_buffer_size(KERNEL_QUEUE * FRAME_BYTES / 2)?;
+            Ok(socket)
+        });
         match opened {
             Ok(socket) => Ok(Self {
                 label,
                 socket,
                 waiting: None,
+                unsent: VecDeque::new(),
                 ignored: 0,
             }),
             Err(error) => Err(BusError::Open {
@@ -60,13 +94,59 @@ impl SocketCan {
     fn error(&self, source: io::Error) -> BusError {
         let bus = self.label.clone();
         match source.raw_os_error() {
-            Some(ENOBUFS) => BusError::Full { bus },
-            Some(ENETDOWN | ENODEV | ENXIO) => BusError::Lost {
+            Some(ENETDOWN) => BusError::Down { bus },
+            Some(ENODEV | ENXIO) => BusError::Lost {
                 bus,
-                reason: "the interface is down or gone".into(),
+                reason: "the interface is gone".into(),
             },
-            _ if source.kind() == io::ErrorKind::WouldBlock => BusError::Full { bus },
             _ => BusError::Io { bus, source },
+        }
+    }
+
+    /// Gives a frame to the kernel; `false` if that holds as many as it may.
+    fn write(&self, frame: &Frame) -> Result<bool, BusError> {
+        let Some(any) = to_socketcan(frame) else {
+            return Err(self.error(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                "the identifier is out of range",
+            )));
+        };
+        let Err(error) = self.socket.write_frame(&any) else {
+            return Ok(true);
+        };
+        match error.raw_os_error() {
+            Some(ENOBUFS) => Ok(false),
+            Some(EINVAL) if frame.is_fd() => Err(BusError::FdUnsupported {
+                bus: self.label.clone(),
+            }),
+            _ if error.kind() == io::ErrorKind::WouldBlock => Ok(false),
+            _ => Err(self.error(error)),
+        }
+    }
+
+    /// Gives the kernel what waits, as far as it takes it. What waits for an interface that is
+    /// switched off is old before that is on again: it is lost.
+    fn flush(&mut self) -> Result<(), BusError> {
+        while let Some(frame) = self.unsent.front() {
+            match self.write(frame) {
+                Ok(true) => {
+                    self.unsent.pop_front();
+                }
+                Ok(false) => break,
+                Err(error) => {
+                    self.unsent.clear();
+                    return Err(error);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The same for who does not want to send: that the interface is down is nothing to tell.
+    fn flush_if_up(&mut self) -> Result<(), BusError> {
+        match self.flush() {
+            Err(BusError::Down { .. }) => Ok(()),
+            flushed => flushed,
         }
     }
 
@@ -80,6 +160,29 @@ impl SocketCan {
     }
 }
 
+/// What the kernel is to hand on; `None`: everything. A filter is an identifier and the bits of it that
+/// count.
+fn filters(hears: Hears<'_>) -> Option<Vec<CanFilter>> {
+    let extended = CanFilter::new(EXTENDED, EXTENDED);
+    match hears {
+        Hears::All => None,
+        Hears::Canopen { ids, .. } if ids.len() > MAX_IDS => None,
+        Hears::Extended => Some(vec![extended]),
+        Hears::Canopen { ids, extended: too } => {
+            let of = |id: &u8| CanFilter::new(u32::from(*id & 0x7F), EXTENDED | 0x7F);
+            let of_ids = ids.iter().map(of);
+            Some(of_ids.chain(too.then_some(extended)).collect())
+        }
+    }
+}
+
+/// Is there merely nothing to receive? An interface that is switched off is told once, to whoever
+/// receives then.
+fn is_nothing(error: &io::Error) -> bool {
+    let down = error.raw_os_error() == Some(ENETDOWN);
+    down || error.should_retry() || error.kind() == io::ErrorKind::TimedOut
+}
+
 fn explain(error: &io::Error, interface: &str) -> String {
     match error.raw_os_error() {
         Some(EAFNOSUPPORT | EPROTONOSUPPORT) => {
@@ -89,6 +192,7 @@ fn explain(error: &io::Error, interface: &str) -> String {
             "no such interface; for a virtual one: ip link add {interface} type vcan && ip link set \
              {interface} up"
         ),
+        Some(ENETDOWN) => format!("the interface is down: ip link set {interface} up"),
         Some(EPERM) => "not permitted to open CAN sockets".into(),
         _ => error.to_string(),
     }
@@ -122,26 +226,28 @@ fn to_socketcan(frame: &Frame) -> Option<CanAnyFrame> {
 
 impl Bus for SocketCan {
     fn send(&mut self, frame: &Frame) -> Result<(), BusError> {
-        let Some(any) = to_socketcan(frame) else {
-            return Err(self.error(io::Error::new(
-                io::ErrorKind::InvalidInput,
-                "the identifier is out of range",
-            )));
-        };
-        self.socket
-            .write_frame(&any)
-            .map_err(|error| match error.raw_os_error() {
-                Some(EINVAL) if frame.is_fd() => BusError::FdUnsupported {
-                    bus: self.label.clone(),
-                },
-                _ => self.error(error),
-            })
+        self.flush()?;
+        if self.unsent.is_empty() && self.write(frame)? {
+            return Ok(());
+        }
+        if self.unsent.len() >= QUEUE {
+            return Err(BusError::Full {
+                bus: self.label.clone(),
+            });
+        }
+        let urgency = frame.id().arbitration();
+        let place = self
+            .unsent
+            .partition_point(|other| other.id().arbitration() <= urgency);
+        self.unsent.insert(place, *frame);
+        Ok(())
     }
 
     fn receive(&mut self) -> Result<Option<Received>, BusError> {
         if let Some(waiting) = self.waiting.take() {
             return Ok(Some(waiting));
         }
+        self.flush_if_up()?;
         loop {
             match self.socket.read_frame() {
                 Ok(frame) => {
@@ -149,7 +255,7 @@ impl Bus for SocketCan {
                         return Ok(Some(received));
                     }
                 }
-                Err(error) if error.should_retry() => return Ok(None),
+                Err(error) if is_nothing(&error) => return Ok(None),
                 Err(error) => return Err(self.error(error)),
             }
         }
@@ -157,13 +263,17 @@ impl Bus for SocketCan {
 
     fn wait(&mut self, deadline: Micros) -> Result<(), BusError> {
         while self.waiting.is_none() {
-            let left = until(deadline);
+            self.flush_if_up()?;
+            let mut left = until(deadline);
             if left.is_zero() {
                 break;
             }
+            if !self.unsent.is_empty() {
+                left = left.min(LOOK);
+            }
             match self.socket.read_frame_timeout(left) {
                 Ok(frame) => self.waiting = self.take(frame),
-                Err(error) if error.should_retry() => {}
+                Err(error) if is_nothing(&error) => {}
                 Err(error) => return Err(self.error(error)),
             }
         }
@@ -179,7 +289,9 @@ mod tests {
     /// With or without SocketCAN in the kernel, the answer is one line that helps.
     #[test]
     fn an_interface_that_is_not_there() {
-        let error = SocketCan::open("mrroc-none0").unwrap_err().to_string();
+        let error = SocketCan::open("mrroc-none0", Hears::All)
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("can:mrroc-none0: "), "{error}");
         assert!(
             error.contains("no such interface") || error.contains("AF_CAN"),
@@ -191,7 +303,10 @@ mod tests {
     /// Required hardware: interface vcan0. Skipped where it does not exist.
     #[test]
     fn two_sockets_on_vcan0() {
-        let (Ok(mut a), Ok(mut b)) = (SocketCan::open("vcan0"), SocketCan::open("vcan0")) else {
+        let (Ok(mut a), Ok(mut b)) = (
+            SocketCan::open("vcan0", Hears::All),
+            SocketCan::open("vcan0", Hears::Extended),
+        ) else {
             return;
         };
         let frame = Frame::classic(Id::Extended(0x0123_4567), &[1, 2, 3]).unwrap();

@@ -6,12 +6,16 @@
 //! hub:PORT           the same, another port
 //! hub:HOST:PORT      a hub elsewhere (loopback only, unless remote hosts are allowed)
 //! can:IFACE          a Linux CAN interface, e.g. can:can0
+//! slcan:DEVICE       an adapter on a serial device, e.g. slcan:/dev/ttyACM0
+//! slcan:HOST:PORT    an adapter behind a TCP port (as for hubs: loopback only, unless …)
 //! ```
 //!
 //! Who can bring the robots along in its own process takes a [`BusSpec`]; who needs a bus to others
 //! takes a [`Place`], which is never virtual.
 
+use crate::BusError;
 use crate::hub::DEFAULT_PORT;
+use crate::slcan::Slcan;
 use std::fmt;
 use std::net::IpAddr;
 use std::str::FromStr;
@@ -40,6 +44,22 @@ pub enum Place {
         /// Its name, 1 to 15 bytes.
         interface: String,
     },
+    /// An adapter that speaks slcan.
+    Slcan(Adapter),
+}
+
+/// Where an adapter is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Adapter {
+    /// A serial device: its path, or its name.
+    Device(String),
+    /// A TCP port.
+    Tcp {
+        /// Name or address, without brackets.
+        host: String,
+        /// TCP port.
+        port: u16,
+    },
 }
 
 /// May a hub be on another machine?
@@ -52,9 +72,10 @@ pub enum Reach {
 }
 
 /// What names a [`Place`].
-const PLACES: &str = "hub, hub:PORT, hub:HOST:PORT or can:INTERFACE";
+const PLACES: &str = "hub, hub:PORT, hub:HOST:PORT, can:INTERFACE, slcan:DEVICE or slcan:HOST:PORT";
 /// What names a [`BusSpec`].
-const ALL: &str = "virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE";
+const ALL: &str =
+    "virtual, hub, hub:PORT, hub:HOST:PORT, can:INTERFACE, slcan:DEVICE or slcan:HOST:PORT";
 
 /// Why a text names no bus. Every message is one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -86,8 +107,16 @@ pub enum SpecError {
         /// The part at fault.
         host: String,
     },
+    /// Not the name of a serial device.
+    #[error("bus {text:?}: {name:?} is not a device (1 to 64 characters, no space or colon)")]
+    Device {
+        /// What was given.
+        text: String,
+        /// The part at fault.
+        name: String,
+    },
     /// On another machine, which was not allowed.
-    #[error("bus {text:?}: {host:?} is not this machine; remote hubs must be allowed explicitly")]
+    #[error("bus {text:?}: {host:?} is not this machine; remote ones must be allowed explicitly")]
     Remote {
         /// What was given.
         text: String,
@@ -140,6 +169,7 @@ impl Place {
                 text: shown(text),
                 name: shown(name),
             }),
+            Some(("slcan", place)) => Adapter::parse(text, place, reach).map(Self::Slcan),
             _ => Err(SpecError::Unknown {
                 text: shown(text),
                 expected: PLACES,
@@ -153,29 +183,8 @@ impl Place {
             Some((host, port)) => (bare(host), port),
             None => (Some("127.0.0.1"), place),
         };
-        let host = host
-            .filter(|host| is_host(host))
-            .ok_or_else(|| SpecError::Host {
-                text: shown(text),
-                host: shown(place),
-            })?;
-        let number = port
-            .parse()
-            .ok()
-            .filter(|_| port.bytes().all(|b| b.is_ascii_digit()));
-        let Some(number @ 1..) = number else {
-            return Err(SpecError::Port {
-                text: shown(text),
-                port: shown(port),
-            });
-        };
-        if reach == Reach::Loopback && !is_loopback(host) {
-            return Err(SpecError::Remote {
-                text: shown(text),
-                host: host.to_owned(),
-            });
-        }
-        Ok(Self::hub(host, number))
+        let (host, port) = reachable(text, place, (host, port), reach)?;
+        Ok(Self::hub(host, port))
     }
 
     fn hub(host: &str, port: u16) -> Self {
@@ -184,6 +193,68 @@ impl Place {
             port,
         }
     }
+}
+
+impl Adapter {
+    /// `place` is what follows `slcan:` in `text`.
+    fn parse(text: &str, place: &str, reach: Reach) -> Result<Self, SpecError> {
+        if let Some((host, port)) = place.rsplit_once(':') {
+            let (host, port) = reachable(text, place, (bare(host), port), reach)?;
+            let host = host.to_owned();
+            return Ok(Self::Tcp { host, port });
+        }
+        let length = place.chars().count();
+        if (1..=64).contains(&length) && place.bytes().all(|b| b.is_ascii_graphic()) {
+            return Ok(Self::Device(place.to_owned()));
+        }
+        Err(SpecError::Device {
+            text: shown(text),
+            name: shown(place),
+        })
+    }
+
+    /// Connects to it.
+    ///
+    /// # Errors
+    /// One line that says why there is none.
+    pub fn open(&self) -> Result<Slcan, BusError> {
+        match self {
+            Self::Device(path) => Slcan::device(path),
+            Self::Tcp { host, port } => Slcan::tcp(host, *port),
+        }
+    }
+}
+
+/// A host and a port, checked; `place` is the part of `text` that names them.
+fn reachable<'a>(
+    text: &str,
+    place: &str,
+    (host, port): (Option<&'a str>, &str),
+    reach: Reach,
+) -> Result<(&'a str, u16), SpecError> {
+    let host = host
+        .filter(|host| is_host(host))
+        .ok_or_else(|| SpecError::Host {
+            text: shown(text),
+            host: shown(place),
+        })?;
+    let number = port
+        .parse()
+        .ok()
+        .filter(|_| port.bytes().all(|b| b.is_ascii_digit()));
+    let Some(number @ 1..) = number else {
+        return Err(SpecError::Port {
+            text: shown(text),
+            port: shown(port),
+        });
+    };
+    if reach == Reach::Loopback && !is_loopback(host) {
+        return Err(SpecError::Remote {
+            text: shown(text),
+            host: host.to_owned(),
+        });
+    }
+    Ok((host, number))
 }
 
 impl FromStr for BusSpec {
@@ -219,6 +290,17 @@ impl fmt::Display for Place {
             Self::Hub { host, port } if host.contains(':') => write!(f, "hub:[{host}]:{port}"),
             Self::Hub { host, port } => write!(f, "hub:{host}:{port}"),
             Self::Can { interface } => write!(f, "can:{interface}"),
+            Self::Slcan(adapter) => adapter.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Adapter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Device(path) => write!(f, "slcan:{path}"),
+            Self::Tcp { host, port } if host.contains(':') => write!(f, "slcan:[{host}]:{port}"),
+            Self::Tcp { host, port } => write!(f, "slcan:{host}:{port}"),
         }
     }
 }
@@ -260,110 +342,4 @@ fn is_interface(name: &str) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn hub(host: &str, port: u16) -> BusSpec {
-        BusSpec::Place(Place::hub(host, port))
-    }
-
-    fn can(interface: &str) -> BusSpec {
-        BusSpec::Place(Place::Can {
-            interface: interface.to_owned(),
-        })
-    }
-
-    #[test]
-    fn what_names_a_bus() {
-        for (text, bus) in [
-            ("virtual", BusSpec::Virtual),
-            ("hub", hub("127.0.0.1", 29536)),
-            ("hub:30000", hub("127.0.0.1", 30000)),
-            ("hub:localhost:1", hub("localhost", 1)),
-            ("hub:[::1]:65535", hub("::1", 65535)),
-            ("can:can0", can("can0")),
-            ("can:vcan-mp.0", can("vcan-mp.0")),
-        ] {
-            let place = match &bus {
-                BusSpec::Virtual => Err(SpecError::Virtual),
-                BusSpec::Place(place) => Ok(place.clone()),
-            };
-            assert_eq!(text.parse(), place, "{text}");
-            assert_eq!(text.parse(), Ok(bus), "{text}");
-        }
-        let far = BusSpec::parse("hub:lab-pc.example:29536", Reach::Remote);
-        assert_eq!(far, Ok(hub("lab-pc.example", 29536)));
-    }
-
-    #[test]
-    fn what_does_not() {
-        for text in [
-            "",
-            "Virtual",
-            "virtual:",
-            "hub:",
-            "hub:0",
-            "hub:65536",
-            "hub:+1",
-            "hub:1x",
-            "hub::29536",
-            "hub:::1:5",
-            "hub:[::1]",
-            "hub:[::1:5",
-            "hub:a b:5",
-            "hub:host:",
-            "hub:192.168.0.1:5",
-            "hub:lab-pc:5",
-            "can",
-            "can:",
-            "can:a b",
-            "can:a/b",
-            "can:sixteen-letters!",
-            "can:..",
-            "can:a:b",
-            "slcan:/dev/ttyACM0",
-            "vcan0",
-            "can:\u{7f}",
-        ] {
-            let error = text.parse::<BusSpec>().unwrap_err().to_string();
-            assert!(
-                !error.contains('\n') && error.contains("bus"),
-                "{text}: {error}"
-            );
-        }
-    }
-
-    #[test]
-    fn virtual_is_offered_where_it_is_possible() {
-        let unknown = |expected: &str| format!("unknown bus \"tcp:1\": expected {expected}");
-        let bus = "tcp:1".parse::<BusSpec>().unwrap_err().to_string();
-        assert_eq!(
-            bus,
-            unknown("virtual, hub, hub:PORT, hub:HOST:PORT or can:INTERFACE")
-        );
-        let place = "tcp:1".parse::<Place>().unwrap_err().to_string();
-        assert_eq!(
-            place,
-            unknown("hub, hub:PORT, hub:HOST:PORT or can:INTERFACE")
-        );
-        assert_eq!(
-            "virtual".parse::<Place>().unwrap_err().to_string(),
-            "bus \"virtual\": it lives inside one process (expected hub, hub:PORT, hub:HOST:PORT \
-             or can:INTERFACE)"
-        );
-    }
-
-    proptest! {
-        #[test]
-        fn any_text_is_a_bus_or_a_short_line(text in "(hub|can|virtual)?:?\\PC{0,200}") {
-            match BusSpec::parse(&text, Reach::Remote) {
-                Ok(bus) => prop_assert_eq!(BusSpec::parse(&bus.to_string(), Reach::Remote), Ok(bus)),
-                Err(error) => {
-                    let line = error.to_string();
-                    prop_assert!(!line.contains('\n') && line.chars().count() < 1600);
-                }
-            }
-        }
-    }
-}
+mod tests;

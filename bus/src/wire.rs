@@ -1,4 +1,4 @@
-//! A virtual bus segment: arbitration, frame lengths, nothing else.
+//! A virtual bus segment: arbitration, frame lengths, errors and their confinement.
 //!
 //! A [`Wire`] is a discrete-event model of one CAN segment. Participants are *taps*, numbered from
 //! 0. Each tap has a transmit queue that offers its most urgent frame first (as a controller with
@@ -20,21 +20,34 @@
 //! assert_eq!(heard, [51_000]); // 51 bits at 1 Mbit/s
 //! ```
 //!
-//! Not modelled: errors, retransmission, propagation delay. Two taps that offer the same identifier
+//! A frame that nobody acknowledges, or that a [`Fault`] hits, ends in an error frame and is sent again;
+//! error counters, error-passive and bus-off are those of [`confinement`]. Whoever is detached or bus-off
+//! hears nothing ([`Delivery::reaches`]).
+//!
+//! Not modelled: propagation delay, overload frames but those that follow a doubted end. Two taps that offer the same identifier
 //! at the same time would collide on a real bus; here the lower tap wins and
 //! [`Statistics::collisions`] counts it.
 
+pub mod confinement;
+mod controller;
+mod fault;
 mod load;
 mod post;
 mod queue;
+mod sending;
 
+pub use fault::{Disturbance, Fault, Taps};
 pub use post::{DEFAULT_CAPACITY, Outbox, PostError};
 
+use confinement::{Counters, State};
+use controller::Controller;
+use fault::Faults;
 use load::Load;
 use post::Queues;
 use protocol::budget::{self, Rates};
 use protocol::frame::Frame;
 use queue::Queue;
+use sending::Transmission;
 
 /// A participant's number.
 pub type Tap = usize;
@@ -59,7 +72,7 @@ impl Kind {
     }
 }
 
-/// A frame at its end: every tap but `from` receives it now.
+/// A frame at its end: every tap but `from` receives it now, unless it is among those who missed it.
 #[derive(Clone, Copy, Debug)]
 pub struct Delivery<'a> {
     /// When the frame's last bit (of the interframe space) was sent.
@@ -70,6 +83,16 @@ pub struct Delivery<'a> {
     pub from: Tap,
     /// The frame.
     pub frame: &'a Frame,
+    /// Taps that are detached or bus-off, or rejected the frame.
+    pub missed: Taps,
+}
+
+impl Delivery<'_> {
+    /// Does this tap receive the frame?
+    #[must_use]
+    pub const fn reaches(&self, tap: Tap) -> bool {
+        tap != self.from && !self.missed.contains(tap)
+    }
 }
 
 /// What a wire has carried since it was made.
@@ -88,6 +111,10 @@ pub struct Statistics {
     pub refused: u64,
     /// Arbitrations with the same identifier offered by two taps: an error of configuration.
     pub collisions: u64,
+    /// Error frames: tries that came to nothing, or a frame that some had already accepted.
+    pub errors: u64,
+    /// How often a tap went bus-off.
+    pub bus_off: u64,
 }
 
 impl Statistics {
@@ -113,15 +140,6 @@ impl Statistics {
 /// The window over which [`Statistics::load_max`] is taken.
 pub const LOAD_WINDOW_NS: u64 = 10_000_000;
 
-/// The frame on the bus.
-#[derive(Clone, Debug)]
-struct Transmission {
-    ends_ns: u64,
-    posted_ns: u64,
-    from: Tap,
-    frame: Frame,
-}
-
 /// One segment.
 #[derive(Clone, Debug)]
 pub struct Wire {
@@ -134,6 +152,10 @@ pub struct Wire {
     on_bus: Option<Transmission>,
     load: Load,
     statistics: Statistics,
+    controllers: Vec<Controller>,
+    faults: Faults,
+    /// No controller has to do with errors: the common case, which costs nothing.
+    plain: bool,
 }
 
 impl Wire {
@@ -148,6 +170,9 @@ impl Wire {
             on_bus: None,
             load: Load::default(),
             statistics: Statistics::default(),
+            controllers: vec![Controller::default(); taps],
+            faults: Faults::default(),
+            plain: true,
         }
     }
 
@@ -160,6 +185,7 @@ impl Wire {
 
     /// One more tap.
     pub fn add_tap(&mut self) -> Tap {
+        self.controllers.push(Controller::default());
         self.queues.taps.push(Queue::default());
         self.queues.taps.len() - 1
     }
@@ -191,8 +217,11 @@ impl Wire {
     }
 
     /// Forgets everything `tap` has not yet sent (it was switched off), except a frame that is on
-    /// the bus.
+    /// the bus; if that is destroyed, it is not sent again.
     pub fn clear(&mut self, tap: Tap) {
+        if let Some(transmission) = self.on_bus.as_mut().filter(|sent| sent.from == tap) {
+            transmission.again = false;
+        }
         if let Some(queue) = self.queues.taps.get_mut(tap) {
             queue.clear();
         }
@@ -204,7 +233,8 @@ impl Wire {
         self.queues.taps.get(tap).map_or(0, Queue::len)
     }
 
-    /// When the next delivery will happen if nothing else is posted; `None` while nothing waits.
+    /// When the next delivery will happen if nothing else is posted; `None` while nothing waits. With
+    /// faults to come it is when the next try ends.
     #[must_use]
     pub fn next_event_ns(&self) -> Option<u64> {
         if let Some(transmission) = &self.on_bus {
@@ -214,7 +244,8 @@ impl Wire {
         let tap = self.arbitrate(start)?;
         let queue = self.queues.taps.get(tap)?;
         let frame = queue.offer(start)?;
-        Some(start + self.rates.duration_ns(budget::exact(frame)))
+        let (outcome, _) = self.outcome(start, tap, frame.id(), &mut self.faults.clone());
+        Some(start + outcome.duration_ns(self.rates, budget::exact(frame)))
     }
 
     /// Lets time pass until `until_ns`, inclusive: every frame that ends by then is delivered, in
@@ -233,11 +264,60 @@ impl Wire {
                 .on_bus
                 .take_if(|transmission| transmission.ends_ns <= until_ns)
             {
-                Some(transmission) => self.finish(&transmission, deliver),
+                Some(transmission) => self.finish(transmission, deliver),
                 None => break,
             }
         }
         self.now_ns = self.now_ns.max(until_ns);
+        if self.on_bus.is_none() && !self.plain {
+            let bit_ns = self.bit_ns();
+            for controller in &mut self.controllers {
+                controller.idle_until(self.now_ns, bit_ns);
+            }
+        }
+    }
+
+    /// Lets a tap have so many transmit mailboxes, at least one, which its oldest frames fill; without
+    /// this it has as many as frames. With one it sends in the order in which it was given frames.
+    pub fn set_mailboxes(&mut self, tap: Tap, mailboxes: usize) {
+        if let Some(queue) = self.queues.taps.get_mut(tap) {
+            queue.set_mailboxes(mailboxes);
+        }
+    }
+
+    /// Something will go wrong.
+    pub fn disturb(&mut self, fault: Fault) {
+        self.faults.push(fault);
+    }
+
+    /// Takes a tap off the wire, or puts it back, from the next frame on. Its queue and its error counters
+    /// stay.
+    pub fn set_attached(&mut self, tap: Tap, attached: bool) {
+        if let Some(controller) = self.controllers.get_mut(tap) {
+            controller.detached = !attached;
+        }
+        self.plain = self.controllers.iter().all(Controller::is_plain);
+    }
+
+    /// Tells the controller of a tap to recover from bus-off: after 128 times eleven recessive bits it
+    /// takes part again, and sends what waits. Without effect in other states.
+    pub fn recover(&mut self, tap: Tap) {
+        if let Some(controller) = self.controllers.get_mut(tap) {
+            controller.recover(self.now_ns.max(self.idle_from_ns));
+        }
+    }
+
+    /// The error counters of a tap; zero if there is no such tap.
+    #[must_use]
+    pub fn counters(&self, tap: Tap) -> Counters {
+        let controller = self.controllers.get(tap);
+        controller.map_or_else(Counters::default, |controller| controller.counters)
+    }
+
+    /// What the controller of a tap may do.
+    #[must_use]
+    pub fn state(&self, tap: Tap) -> State {
+        self.counters(tap).state()
     }
 
     /// The counters.
@@ -248,91 +328,6 @@ impl Wire {
             busiest_window_ns: self.load.busiest_ns(),
             ..self.statistics
         }
-    }
-
-    /// When the bus will next be idle and have an offer.
-    fn next_start_ns(&self) -> Option<u64> {
-        let earliest = self
-            .queues
-            .taps
-            .iter()
-            .filter_map(Queue::earliest_ns)
-            .min()?;
-        Some(earliest.max(self.idle_from_ns))
-    }
-
-    /// The tap with the most urgent offer at `at_ns`.
-    fn arbitrate(&self, at_ns: u64) -> Option<Tap> {
-        let mut best: Option<(u64, Tap)> = None;
-        for (tap, queue) in self.queues.taps.iter().enumerate() {
-            if let Some(urgency) = queue.urgency(at_ns)
-                && best.is_none_or(|(lowest, _)| urgency < lowest)
-            {
-                best = Some((urgency, tap));
-            }
-        }
-        best.map(|(_, tap)| tap)
-    }
-
-    /// Begins the next transmission if one can begin before `until_ns`; what is posted for that
-    /// very moment may still take part in the arbitration.
-    fn start(&mut self, until_ns: u64) -> bool {
-        let Some(start) = self.next_start_ns().filter(|start| *start < until_ns) else {
-            return false;
-        };
-        let Some(from) = self.arbitrate(start) else {
-            return false;
-        };
-        let Some(queue) = self.queues.taps.get_mut(from) else {
-            return false;
-        };
-        let Some(waiting) = queue.take(start) else {
-            return false;
-        };
-        let urgency = waiting.frame.id().arbitration();
-        let rivals = self.queues.taps.iter().skip(from + 1);
-        if rivals
-            .filter_map(|queue| queue.urgency(start))
-            .any(|other| other == urgency)
-        {
-            self.statistics.collisions += 1;
-        }
-        let length = self.rates.duration_ns(budget::exact(&waiting.frame));
-        self.load.occupy(start, start + length);
-        self.statistics.busy_ns += length;
-        self.on_bus = Some(Transmission {
-            ends_ns: start + length,
-            posted_ns: waiting.posted_ns,
-            from,
-            frame: waiting.frame,
-        });
-        true
-    }
-
-    fn finish(
-        &mut self,
-        transmission: &Transmission,
-        deliver: &mut impl FnMut(Delivery<'_>, &mut Outbox<'_>),
-    ) {
-        let at_ns = transmission.ends_ns;
-        self.idle_from_ns = at_ns;
-        self.now_ns = self.now_ns.max(at_ns);
-        let latency = at_ns.saturating_sub(transmission.posted_ns);
-        let statistics = &mut self.statistics;
-        statistics.frames += 1;
-        statistics.worst_latency_ns = statistics.worst_latency_ns.max(latency);
-        deliver(
-            Delivery {
-                at_ns,
-                posted_ns: transmission.posted_ns,
-                from: transmission.from,
-                frame: &transmission.frame,
-            },
-            &mut Outbox {
-                at_ns,
-                queues: &mut self.queues,
-            },
-        );
     }
 }
 

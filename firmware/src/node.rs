@@ -9,6 +9,8 @@
 
 mod report;
 
+pub use report::FEEDBACK_STEPS;
+
 use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS};
 use crate::config::{ConfigError, NodeConfig};
 use crate::ecp::{Ecp, NoPrograms, Outcome, Programs, Sensors};

@@ -178,9 +178,16 @@ impl Cell {
     /// its number in [`Self::bus_names`]. `false` if there is no such bus.
     #[must_use]
     pub fn set_rates(&mut self, bus: usize, rates: Rates) -> bool {
+        self.wire_mut(bus)
+            .map(|wire| wire.set_rates(rates))
+            .is_some()
+    }
+
+    /// A bus, to disturb it; `bus` is its number in [`Self::bus_names`]. On the MP's wire tap 0 is the MP and
+    /// tap j the node of the j-th robot, on a drive wire tap 0 the node and tap 1 its drives.
+    pub fn wire_mut(&mut self, bus: usize) -> Option<&mut Wire> {
         let drives = self.places.iter_mut().flat_map(|place| &mut place.wires);
-        let wire = std::iter::once(&mut self.mp_wire).chain(drives).nth(bus);
-        wire.map(|wire| wire.set_rates(rates)).is_some()
+        std::iter::once(&mut self.mp_wire).chain(drives).nth(bus)
     }
 
     /// The names of the buses, in their order: `mp`, then each robot's drive buses.
@@ -279,11 +286,11 @@ impl Cell {
         mp_wire.advance(until_ns, &mut |delivery, _| {
             let at = Micros(delivery.at_ns / 1000);
             observer.frame(0, delivery.at_ns, delivery.frame);
-            if delivery.from != MP_TAP {
+            if delivery.reaches(MP_TAP) {
                 mp_rx.push((at, *delivery.frame));
             }
             for (k, place) in places.iter_mut().enumerate() {
-                if delivery.from != k + 1 {
+                if delivery.reaches(k + 1) {
                     place.rx.push(Received {
                         port: Port::Mp,
                         at,
@@ -351,12 +358,14 @@ impl Place {
             wire.advance(until_ns, &mut |delivery, outbox| {
                 observer.frame(*first_bus + bus, delivery.at_ns, delivery.frame);
                 let number = u8::try_from(bus).unwrap_or(u8::MAX);
-                if delivery.from == DRIVES_TAP {
+                if delivery.reaches(NODE_TAP) {
                     rx.push(Received {
                         port: Port::Drives(number),
                         at: Micros(delivery.at_ns / 1000),
                         frame: *delivery.frame,
                     });
+                }
+                if !delivery.reaches(DRIVES_TAP) {
                     return;
                 }
                 robot.on_frame(number, delivery.at_ns, delivery.frame, &mut |sent: Sent| {

@@ -5,7 +5,7 @@ pub(crate) mod args;
 use args::Args;
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
-use bus::{Bus, BusError, open_can};
+use bus::{Bus, BusError, Hears, open_can};
 use firmware::process::drive_buses;
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
 /// The hub, if the bus is one, and what to call the bus.
 fn open_hub(args: &Args) -> Result<(String, Option<HubServer>), End> {
     let (host, port) = match &args.place {
-        Place::Can { interface } => return Ok((format!("can:{interface}"), None)),
+        place @ (Place::Can { .. } | Place::Slcan(_)) => return Ok((place.to_string(), None)),
         Place::Hub { host, port } => (host.as_str(), *port),
     };
     let unavailable = |text: String| End::new(exit::UNAVAILABLE, text);
@@ -105,15 +105,20 @@ fn buses(kind: RobotKind) -> u8 {
     drive_buses(kind).iter().max().map_or(0, |last| last + 1)
 }
 
-/// Where the drives of a robot are, and its servo step, µs.
+/// Where the drives of a robot are, what else they listen to, and its servo step, µs.
 struct Wiring<'a>(&'a Station);
 
 impl RobotVisitor for Wiring<'_> {
-    type Output = Result<(Vec<DriveAddress>, u32), firmware::ConfigError>;
+    type Output = Result<(Vec<DriveAddress>, Vec<u8>, u32), firmware::ConfigError>;
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
         let config = self.0.config(robot.description().drive_buses())?;
-        Ok((config.drives.to_vec(), robot.description().servo_step_us))
+        let sync = config.sync_cob.to_le_bytes()[0] & 0x7F;
+        let ids = config.drives.iter().map(|drive| drive.id.get());
+        // NMT commands are for node 0
+        let ids = ids.chain([0, sync, config.master.get()]).collect();
+        let step_us = robot.description().servo_step_us;
+        Ok((config.drives.to_vec(), ids, step_us))
     }
 }
 
@@ -139,7 +144,7 @@ fn build(
         )
     };
     let config = |error: firmware::ConfigError| wrong(&error);
-    let (drives, step_us) = kind
+    let (drives, ids, step_us) = kind
         .visit(station.track, Wiring(&station))
         .map_err(config)?;
     let period = Micros(u64::from(step_us));
@@ -162,8 +167,14 @@ fn build(
             )
         }
         (Place::Can { interface }, _) => {
-            let (can, _) = open_can(interface).map_err(unavailable)?;
+            let (ids, extended) = (&ids[..], false);
+            let hears = Hears::Canopen { ids, extended };
+            let (can, _) = open_can(interface, hears).map_err(unavailable)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
+        }
+        (Place::Slcan(adapter), _) => {
+            let line = Box::new(adapter.open().map_err(unavailable)?);
+            LiveRobot::new(robot, vec![line], Waiting::Look, Clock::strict(), period)
         }
         (Place::Hub { .. }, None) => {
             return Err(End::new(exit::INTERNAL, "the hub was not started"));

@@ -171,7 +171,7 @@ impl LiveRobot {
             match bus.send(&sent.frame) {
                 Ok(()) => self.statistics.sent += 1,
                 // as on any bus: the frame is lost, and whoever misses it notices
-                Err(BusError::Full { .. }) => self.statistics.dropped += 1,
+                Err(BusError::Full { .. } | BusError::Down { .. }) => self.statistics.dropped += 1,
                 Err(error) => return Err(error),
             }
         }

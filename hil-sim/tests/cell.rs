@@ -1,6 +1,7 @@
 //! A node in its cell, commanded over the wire by a coordinator that is only an endpoint.
 
-use bus::wire::Kind;
+use bus::wire::confinement::State;
+use bus::wire::{Disturbance, Fault as LineFault, Kind};
 use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::cell::{Cell, Observer};
@@ -8,7 +9,7 @@ use hil_sim::drive::DriveFault;
 use protocol::budget::{self, Rates};
 use protocol::canopen::emcy::ErrorCode;
 use protocol::fault::{Cause, Refusal};
-use protocol::frame::Frame;
+use protocol::frame::{Frame, Id};
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{
@@ -309,4 +310,83 @@ fn a_tripped_drive_stops_the_robot_and_is_brought_back_by_acknowledging() {
         speeds: speeds(6, 0.2),
     });
     assert_eq!(done.progress, Progress::Done);
+}
+
+/// The drive bus of a robot with one, and the node's tap on it.
+const DRIVE_BUS: usize = 1;
+const NODE_TAP: usize = 0;
+
+/// A move under way, and then so many tries of the node's frames that come to nothing.
+fn disturbed_in_motion(count: u32) -> Coordinator {
+    let mut c = Coordinator::new(RobotKind::Irp6Postument, ServoLaw::DrivePosition);
+    c.enable();
+    let request = Request::Execute {
+        epoch: c.epoch,
+        id: 1,
+        start_at: Micros(0),
+        instruction: Instruction::MoveMotors {
+            target: [60.0, 20.0, 20.0, 20.0, 20.0, 20.0].into_iter().collect(),
+            relative: true,
+            speeds: speeds(6, 0.5),
+        },
+    };
+    assert_eq!(c.request(&request), Reply::Accepted);
+    c.wait("moving", 2.0, |f| f.state == NodeState::Moving);
+    for _ in 0..10 {
+        c.macrostep(&mut ());
+    }
+    let from_ns = c.cell.now_ns();
+    c.cell.wire_mut(DRIVE_BUS).unwrap().disturb(LineFault {
+        from_ns,
+        // SYNC, which only the node sends
+        id: Some(Id::Standard(0x080)),
+        count,
+        disturbance: Disturbance::Bit(10),
+    });
+    c
+}
+
+#[test]
+fn frames_that_are_destroyed_and_sent_again_disturb_no_motion() {
+    // each costs a SYNC 31 us; fifteen in a row still leave time for the cycle: 15 · 8 = 120 is active
+    let mut c = disturbed_in_motion(15);
+    c.wait("done", 20.0, |f| f.progress == Progress::Done);
+    let feedback = c.feedback.as_ref().unwrap();
+    assert_eq!((feedback.fault, feedback.limit_violations), (None, 0));
+    let wire = c.cell.wire_mut(DRIVE_BUS).unwrap();
+    assert_eq!(wire.statistics().errors, 15);
+    assert_eq!(wire.state(NODE_TAP), State::Active);
+}
+
+#[test]
+fn a_node_that_is_bus_off_stops_and_its_recovery_resumes_nothing() {
+    let mut c = disturbed_in_motion(32);
+    c.wait("faulted", 3.0, |f| f.state == NodeState::Faulted);
+    let wire = c.cell.wire_mut(DRIVE_BUS).unwrap();
+    assert_eq!(wire.state(NODE_TAP), State::BusOff);
+    assert_eq!(wire.statistics().bus_off, 1);
+    let fault = c.feedback.as_ref().and_then(|f| f.fault).unwrap();
+    assert_eq!(
+        (fault.cause, fault.during),
+        (Cause::DriveSilent, NodeState::Moving)
+    );
+    // the drives have stopped by themselves: nobody could tell them
+    for _ in 0..25 {
+        c.macrostep(&mut ());
+    }
+    let rest = c.cell.robots().next().unwrap().1.motor_rad().to_vec();
+    let wire = c.cell.wire_mut(DRIVE_BUS).unwrap();
+    wire.clear(NODE_TAP);
+    wire.recover(NODE_TAP);
+    for _ in 0..50 {
+        c.macrostep(&mut ());
+    }
+    let wire = c.cell.wire_mut(DRIVE_BUS).unwrap();
+    assert_eq!(wire.state(NODE_TAP), State::Active);
+    assert_eq!(c.state(), Some(NodeState::Faulted));
+    let later = c.cell.robots().next().unwrap().1.motor_rad().to_vec();
+    for (before, after) in rest.iter().zip(&later) {
+        // a motor that is braked creeps by less than an encoder increment
+        assert!((after - before).abs() < 1.6e-3, "{rest:?} {later:?}");
+    }
 }

@@ -1,4 +1,5 @@
-//! Simulator, nodes and coordinator as processes of their own, in real time, over a hub.
+//! Simulator, nodes and coordinator as processes of their own, in real time, over a hub; [`vcan`]: over
+//! SocketCAN.
 //!
 //! Nothing here asserts how long something takes; time-outs only end what hangs.
 #![cfg(unix)]
@@ -8,6 +9,12 @@
 mod child;
 #[path = "processes/coordinator.rs"]
 mod coordinator;
+#[cfg(target_os = "linux")]
+#[path = "processes/vcan.rs"]
+mod vcan;
+#[cfg(target_os = "linux")]
+#[path = "processes/witness.rs"]
+mod witness;
 
 use child::Process;
 use coordinator::Coordinator;

@@ -30,6 +30,8 @@ pub(crate) fn run_all(report: &mut Report) {
     });
     report.run("main job", main_job);
     report.run("hil-qemu", || hil_qemu::check(&[]));
+    #[cfg(target_os = "linux")]
+    report.run("vcan", vcan);
     report.run("tests", || run_cargo(&["test", "--workspace"]));
 }
 
@@ -43,6 +45,18 @@ fn main_job() -> Result<Findings> {
     let summary = cargo_stdout(MAIN_JOB)?;
     print!("{summary}");
     judge(&summary)
+}
+
+/// The suite over `SocketCAN`, unless this is a user's computer that cannot run it.
+#[cfg(target_os = "linux")]
+fn vcan() -> Result<Findings> {
+    match crate::vcan::obstacle() {
+        Some(obstacle) if !crate::vcan::required() => {
+            println!("skipped: {obstacle}");
+            Ok(vec![])
+        }
+        _ => crate::vcan::run(&[]),
+    }
 }
 
 /// The summary must be one JSON value that says `"ok": true`.

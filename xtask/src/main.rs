@@ -10,6 +10,7 @@
 //! | [`hil_qemu`] | the node as an image on an emulated microcontroller |
 //! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
+//! | [`mod@vcan`] | the HIL suite over SocketCAN, on this kernel or one of its own |
 //! | [`ci`] | every check above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
@@ -26,6 +27,8 @@ mod no_std;
 mod report;
 mod shell;
 mod text;
+#[cfg(target_os = "linux")]
+mod vcan;
 
 use clap::{Parser, Subcommand};
 use report::Report;
@@ -79,6 +82,13 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Run the HIL suite over SocketCAN, on this kernel or one of its own (Linux)
+    #[cfg(target_os = "linux")]
+    Vcan {
+        /// Passed to the test harness: parts of names, for instance
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Run everything CI runs, in its order
     Ci,
 }
@@ -98,6 +108,8 @@ fn main() -> ExitCode {
         Task::BenchMotion { arguments } => {
             report.run("bench-motion", || bench_motion::run(&arguments));
         }
+        #[cfg(target_os = "linux")]
+        Task::Vcan { arguments } => report.run("vcan", || vcan::run(&arguments)),
         Task::Ci => ci::run_all(&mut report),
     }
     report.finish()

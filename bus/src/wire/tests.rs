@@ -34,7 +34,7 @@ fn the_lowest_identifier_wins_between_taps_and_within_one() {
 
 #[test]
 fn equal_identifiers_of_one_tap_keep_their_order() {
-    let mut wire = Wire::new(Kind::Classic, 1);
+    let mut wire = Wire::new(Kind::Classic, 2);
     for k in 0..5 {
         wire.post(0, 0, frame(0x10, &[k])).unwrap();
     }
@@ -66,7 +66,7 @@ fn a_frame_on_the_bus_is_not_interrupted() {
 
 #[test]
 fn time_may_stop_within_a_frame() {
-    let mut wire = Wire::new(Kind::Classic, 1);
+    let mut wire = Wire::new(Kind::Classic, 2);
     let sent = frame(0x123, &[1, 2, 3]);
     wire.post(0, 5_000, sent).unwrap();
     let end = 5_000 + length(&sent);
@@ -89,7 +89,7 @@ fn posts_of_the_moment_at_which_time_stopped_arbitrate_together() {
 
 #[test]
 fn a_post_in_the_past_counts_from_now() {
-    let mut wire = Wire::new(Kind::Classic, 1);
+    let mut wire = Wire::new(Kind::Classic, 2);
     run(&mut wire, 10_000);
     let sent = frame(0x123, &[]);
     wire.post(0, 0, sent).unwrap();
@@ -125,12 +125,12 @@ fn drives_answer_a_sync_one_after_the_other() {
 
 #[test]
 fn what_cannot_be_sent_is_refused_and_counted() {
-    let mut wire = Wire::new(Kind::Classic, 1).with_capacity(1);
+    let mut wire = Wire::new(Kind::Classic, 2).with_capacity(1);
     let fd = Frame::fd(Id::Extended(1), &[0; 64]).unwrap();
     assert_eq!(wire.post(0, 0, fd), Err(PostError::FdOnClassic));
     assert_eq!(
-        wire.post(1, 0, frame(1, &[])),
-        Err(PostError::NoTap { tap: 1, taps: 1 })
+        wire.post(2, 0, frame(1, &[])),
+        Err(PostError::NoTap { tap: 2, taps: 2 })
     );
     assert_eq!(wire.post(0, 0, frame(1, &[])), Ok(()));
     assert_eq!(
@@ -141,7 +141,7 @@ fn what_cannot_be_sent_is_refused_and_counted() {
         })
     );
     assert_eq!(wire.statistics().refused, 3);
-    let mut fast = Wire::new(Kind::Fd, 1);
+    let mut fast = Wire::new(Kind::Fd, 2);
     fast.post(0, 0, fd).unwrap();
     let end = Rates::FD_1M_5M.duration_ns(budget::exact(&fd));
     assert_eq!(run(&mut fast, 1_000_000), [(end, 0, fd.id())]);
@@ -151,7 +151,7 @@ fn what_cannot_be_sent_is_refused_and_counted() {
 fn at_half_the_rates_a_frame_takes_twice_as_long() {
     let long = Frame::fd(Id::Standard(0x10), &[0x3C; 64]).unwrap();
     for (kind, frame) in [(Kind::Classic, frame(0x10, &[0x3C; 8])), (Kind::Fd, long)] {
-        let mut wire = Wire::new(kind, 1);
+        let mut wire = Wire::new(kind, 2);
         let Rates { nominal, data } = wire.rates();
         wire.post(0, 0, frame).unwrap();
         let once = run(&mut wire, 1_000_000)[0].0;
@@ -180,7 +180,7 @@ fn the_same_identifier_from_two_taps_is_a_collision() {
 
 #[test]
 fn a_saturated_bus_has_load_one() {
-    let mut wire = Wire::new(Kind::Classic, 1).with_capacity(10_000);
+    let mut wire = Wire::new(Kind::Classic, 2).with_capacity(10_000);
     for _ in 0..2_000 {
         wire.post(0, 0, frame(0x2AA, &[0x55; 8])).unwrap();
     }
@@ -191,7 +191,7 @@ fn a_saturated_bus_has_load_one() {
 
 #[test]
 fn the_window_forgets() {
-    let mut wire = Wire::new(Kind::Classic, 1);
+    let mut wire = Wire::new(Kind::Classic, 2);
     let sent = frame(0x2AA, &[0x55; 8]);
     for k in 0..10 {
         wire.post(0, k * LOAD_WINDOW_NS, sent).unwrap();
@@ -203,7 +203,7 @@ fn the_window_forgets() {
 
 #[test]
 fn a_cleared_queue_sends_nothing() {
-    let mut wire = Wire::new(Kind::Classic, 1);
+    let mut wire = Wire::new(Kind::Classic, 2);
     wire.post(0, 0, frame(1, &[])).unwrap();
     assert_eq!(wire.pending(0), 1);
     wire.clear(0);

@@ -30,7 +30,8 @@ struct Raw {
     /// The robot: irp6-track, irp6-postument, polycrank, irp6-arm, conveyor, irp6-track-gripper or
     /// irp6-postument-gripper
     robot: String,
-    /// Where MP and drives are: hub, hub:PORT, hub:HOST:PORT (this machine) or can:INTERFACE
+    /// Where MP and drives are: hub, hub:PORT, hub:HOST:PORT (this machine), can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT
     #[arg(long)]
     bus: Place,
     /// The effector's number j, from 1 [default: by the robot, irp6-track 1, irp6-postument 2, …]

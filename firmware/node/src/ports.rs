@@ -3,7 +3,7 @@
 use crate::answers::{Answers, PATIENCE};
 use bus::hub::HubClient;
 use bus::spec::Place;
-use bus::{Bus, BusError, now, open_can};
+use bus::{Bus, BusError, Hears, now, open_can};
 use firmware::process::drive_buses;
 use firmware::{Port, Received};
 use process::{End, exit};
@@ -86,17 +86,17 @@ pub(crate) struct Opened {
     pub(crate) ports: Ports,
     /// Frame size towards the MP.
     pub(crate) mtu: Mtu,
-    /// All buses are one wire.
-    pub(crate) one_wire: bool,
 }
 
-/// Connects to the buses of a robot's node.
+/// Connects to the buses of a robot's node. On one wire `drives` are the ids of its own: others do not
+/// concern it.
 ///
 /// # Errors
 /// When the bus is not there, after a bounded wait for a hub.
 pub(crate) fn open(
     place: &Place,
     robot: RobotKind,
+    drives: &[u8],
     wait: &mut dyn FnMut(String),
 ) -> Result<Opened, End> {
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
@@ -123,18 +123,28 @@ pub(crate) fn open(
             Ok(Opened {
                 ports: Ports::new(connections, true),
                 mtu: Mtu::Classic,
-                one_wire: false,
             })
         }
         Place::Can { interface } => {
-            let (bus, mtu) = open_can(interface).map_err(unavailable)?;
-            let connections = vec![Connection::new(bus, Serves::OneWire)];
-            Ok(Opened {
-                ports: Ports::new(connections, false),
-                mtu,
-                one_wire: true,
-            })
+            let hears = Hears::Canopen {
+                ids: drives,
+                extended: true,
+            };
+            let (bus, mtu) = open_can(interface, hears).map_err(unavailable)?;
+            Ok(one_wire(bus, mtu))
         }
+        Place::Slcan(adapter) => {
+            let line = adapter.open().map_err(unavailable)?;
+            Ok(one_wire(Box::new(line), Mtu::Classic))
+        }
+    }
+}
+
+fn one_wire(bus: Box<dyn Bus>, mtu: Mtu) -> Opened {
+    let connections = vec![Connection::new(bus, Serves::OneWire)];
+    Opened {
+        ports: Ports::new(connections, false),
+        mtu,
     }
 }
 
@@ -181,7 +191,7 @@ impl Ports {
         self.connections.iter().all(|connection| connection.failed)
     }
 
-    /// Sends a frame; one for which there is no room is lost and counted, as on any bus.
+    /// Sends a frame; one for which there is no room, or no bus now, is lost and counted.
     pub(crate) fn send(&mut self, port: Port, frame: &Frame) {
         let Self {
             connections,
@@ -200,7 +210,7 @@ impl Ports {
                     connection.answers.sent(frame);
                 }
             }
-            Err(BusError::Full { .. }) => traffic.dropped += 1,
+            Err(BusError::Full { .. } | BusError::Down { .. }) => traffic.dropped += 1,
             Err(error) => {
                 connection.failed = true;
                 failure.get_or_insert(error);

@@ -8,10 +8,12 @@ use crate::ports::{self, Ports};
 use crate::printer::Printer;
 use crate::report::Report;
 use bus::now;
+use bus::spec::Place;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
 use process::{End, exit};
 use protocol::id::NodeId;
 use protocol::time::Micros;
+use protocol::transfer::Mtu;
 use robots::{Robot, RobotKind, RobotVisitor};
 use serde_json::json;
 use std::fmt::Debug;
@@ -25,31 +27,35 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// When the buses cannot be opened, or fail.
 pub(crate) fn run(args: &Args) -> Result<(), End> {
     let printer = Printer::new(args.json);
-    let opened = ports::open(&args.place, args.robot, &mut |line| printer.tell(line))?;
-    let station = Station {
+    let mut station = Station {
         effector: args.effector,
         unique_id: unique_id(),
-        mtu: opened.mtu,
+        mtu: Mtu::Classic,
         law: args.law,
         velocity_factor: args.velocity_factor,
-        one_wire: opened.one_wire,
+        one_wire: !matches!(args.place, Place::Hub { .. }),
         track: args.track,
     };
+    let wrong = |error: ConfigError| {
+        End::new(
+            exit::USAGE,
+            format!("{} as effector {}: {error}", args.robot, args.effector),
+        )
+    };
+    let drives = args.robot.visit(args.track, Drives(&station));
+    let drives = drives.map_err(wrong)?;
+    let opened = ports::open(&args.place, args.robot, &drives, &mut |line| {
+        printer.tell(line);
+    })?;
+    station.mtu = opened.mtu;
     let asked = Arc::new(AtomicU8::new(0));
     let asking = Arc::clone(&asked);
     ctrlc::set_handler(move || {
         asking.fetch_add(1, Ordering::Relaxed);
     })
     .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
-    let node = args
-        .robot
-        .visit(args.track, Build(&station))
-        .map_err(|error| {
-            End::new(
-                exit::USAGE,
-                format!("{} as effector {}: {error}", args.robot, args.effector),
-            )
-        })?;
+    let node = args.robot.visit(args.track, Build(&station));
+    let node = node.map_err(wrong)?;
     let identity = node.identity();
     let half = Micros(u64::from(identity.servo_step_us) / 2);
     let mut work = Work {
@@ -75,6 +81,18 @@ fn unique_id() -> u64 {
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default();
     u64::from(std::process::id()) << 32 ^ u64::try_from(since.as_micros()).unwrap_or(0)
+}
+
+/// The ids of a robot's drives.
+struct Drives<'a>(&'a Station);
+
+impl RobotVisitor for Drives<'_> {
+    type Output = Result<Vec<u8>, ConfigError>;
+
+    fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
+        let config = self.0.config(robot.description().drive_buses())?;
+        Ok(config.drives.iter().map(|drive| drive.id.get()).collect())
+    }
 }
 
 /// Makes the node of a robot.

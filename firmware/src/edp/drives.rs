@@ -7,7 +7,7 @@ mod link;
 mod script;
 
 pub use link::{DriveLink, Task};
-pub use script::AxisSetup;
+pub use script::{AxisSetup, DRIVE_HEARTBEAT_MS};
 
 use crate::config::DriveAddress;
 use crate::io::Port;

@@ -11,7 +11,7 @@ use protocol::units::PerAxis;
 use robots::Robot;
 
 /// Feedback to the MP every so many servo steps: 10 ms at 2 ms.
-const FEEDBACK_STEPS: u32 = 5;
+pub const FEEDBACK_STEPS: u32 = 5;
 
 impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
     /// What is due in this servo step.

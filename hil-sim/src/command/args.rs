@@ -28,7 +28,8 @@ struct Raw {
     /// irp6-postument-gripper
     #[arg(required = true, value_name = "ROBOT")]
     robots: Vec<String>,
-    /// Where: hub, hub:PORT (port 0: any free one, told at the start) or can:INTERFACE
+    /// Where: hub, hub:PORT (port 0: any free one, told at the start), can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT (one robot: it is one connection)
     #[arg(long, value_parser = place)]
     bus: Place,
     /// The effectors' numbers, in the order of the robots [default: by the robot, irp6-track 1,

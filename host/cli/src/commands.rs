@@ -1,6 +1,7 @@
 //! The command line: subcommands in the field's words.
 
 use crate::kin::Kin;
+use crate::load::Bus;
 use crate::monitor;
 use crate::plan::Plan;
 use crate::robot::Robot;
@@ -48,6 +49,8 @@ enum Command {
     Kin(Kin),
     /// What is known about a robot: axes, limits, masses; as text, JSON or URDF.
     Robot(Robot),
+    /// The buses of a cell: what they carry at worst.
+    Bus(Bus),
     /// Plans of motion without a robot: of axes, of a tool along a path.
     Plan(Plan),
     /// The classes of generators and conditions, and who inhabits them.
@@ -64,7 +67,8 @@ enum Command {
 /// What all commands that command robots share.
 #[derive(Args, Debug)]
 struct Common {
-    /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
+    /// virtual (simulated in this process), hub, hub:PORT, hub:HOST:PORT, can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "virtual")]
     bus: BusSpec,
     /// Pace virtual time by the wall clock.
@@ -189,7 +193,8 @@ struct StopArgs {
     /// path (torque stays on), quick (then torque off) or torque-off.
     #[arg(long, default_value = "path", value_parser = stop_kind)]
     kind: StopKind,
-    /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
+    /// hub, hub:PORT, hub:HOST:PORT, can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "hub")]
     bus: Place,
 }
@@ -267,6 +272,7 @@ impl Cli {
                 robot.run(&mut std::io::stdout().lock())?;
                 exit::OK
             }
+            Command::Bus(bus) => bus.run(&mut std::io::stdout().lock())?,
             Command::Plan(plan) => {
                 let mut input = BufReader::new(std::io::stdin());
                 plan.run(&mut std::io::stdout().lock(), &mut input)?;

@@ -1,11 +1,12 @@
 //! `mrroc`: the operator's command.
 //!
 //! One file per subject: [`run`] couples the Master Process with a [`world`], [`observe`] measures,
-//! records and draws, [`report`] tells a person, [`commands`] is the command line itself.
+//! records and draws, [`report`] tells a person, [`load`] counts what buses carry, [`commands`] is the command line itself.
 
 mod commands;
 mod jsonl;
 mod kin;
+mod load;
 mod monitor;
 mod observe;
 mod plan;

@@ -30,7 +30,8 @@ const STOP_PATIENCE: Micros = Micros::from_millis(5000);
 /// Watch the nodes on a bus.
 #[derive(Args, Debug)]
 pub(crate) struct Monitor {
-    /// hub, hub:PORT, hub:HOST:PORT or can:INTERFACE.
+    /// hub, hub:PORT, hub:HOST:PORT, can:INTERFACE,
+    /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "hub")]
     bus: Place,
     /// Print one JSON value per node and refresh instead of a table.

@@ -61,7 +61,10 @@ fn connect(
     options: &Options,
 ) -> Result<Box<dyn World>, Error> {
     Ok(match &options.bus {
-        BusSpec::Virtual => Box::new(Virtual::new(cell, nodes, seed, options.realtime)?),
+        BusSpec::Virtual => {
+            crate::load::check(cell)?;
+            Box::new(Virtual::new(cell, nodes, seed, options.realtime)?)
+        }
         BusSpec::Place(place) => Box::new(Remote::connect(place)?),
     })
 }

@@ -4,7 +4,7 @@ use crate::observe::Observers;
 use bus::hub::HubClient;
 use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
-use bus::{Bus, BusError, open_can};
+use bus::{Bus, BusError, Hears, open_can};
 use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
@@ -216,8 +216,12 @@ pub(crate) fn open_bus(place: &Place) -> Result<(Box<dyn Bus>, Mtu), Error> {
             // its protocol has no FD frames
             Ok((Box::new(client), Mtu::Classic))
         }
+        Place::Slcan(adapter) => {
+            let line = adapter.open().map_err(|e| bus_error(&e))?;
+            Ok((Box::new(line), Mtu::Classic))
+        }
         Place::Can { interface } => {
-            let (bus, mtu) = open_can(interface).map_err(|e| bus_error(&e))?;
+            let (bus, mtu) = open_can(interface, Hears::Extended).map_err(|e| bus_error(&e))?;
             Ok((bus, mtu))
         }
     }

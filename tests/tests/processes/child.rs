@@ -12,10 +12,14 @@ use std::time::{Duration, Instant};
 /// Far beyond what anything here takes, for a machine that is busy with other tests.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The folder with the binaries of this build; they are built once if they are not there or old.
+/// The folder with the binaries of this build: named by whoever runs the test where nothing can be
+/// built, else they are built once if they are not there or old.
 fn binaries() -> &'static PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
+        if let Some(folder) = std::env::var_os("MRROC_BINARIES") {
+            return folder.into();
+        }
         // target/PROFILE/deps/processes-HASH
         let test = std::env::current_exe().unwrap();
         let folder = test.ancestors().nth(2).unwrap().to_path_buf();
@@ -27,6 +31,8 @@ fn binaries() -> &'static PathBuf {
             "mrroc-node",
             "-p",
             "mrroc-hil-sim",
+            "-p",
+            "mrroc",
             "--bins",
         ]);
         if folder.ends_with("release") {
@@ -125,6 +131,13 @@ impl Process {
                 .unwrap()
                 .success()
         );
+    }
+
+    /// As by `kill -9`: it can do nothing about it.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 
     /// Has it ended? A test that only waits for this is ended by whoever runs it.

@@ -1,9 +1,10 @@
-//! A coordinator that is only an endpoint on the hub's channel `mp`, with a time of its own.
+//! A coordinator that is only an endpoint on a bus, with a time of its own.
 
 use super::child::PATIENCE;
-use bus::Bus as _;
 use bus::hub::HubClient;
+use bus::{Bus, BusError};
 use protocol::clock::Master;
+use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
 use protocol::message::{
@@ -44,7 +45,7 @@ impl Robot {
 }
 
 pub(crate) struct Coordinator {
-    bus: HubClient,
+    bus: Box<dyn Bus>,
     link: Endpoint<32>,
     master: Master,
     origin: Micros,
@@ -53,11 +54,16 @@ pub(crate) struct Coordinator {
 }
 
 impl Coordinator {
-    /// Joins; its time starts at 0, as that of any process.
+    /// Joins a hub's channel `mp`.
     pub(crate) fn join(port: u16, robots: &[(u8, usize)]) -> Self {
-        let origin = bus::now();
         let patience = Micros(u64::try_from(PATIENCE.as_micros()).unwrap());
-        let bus = HubClient::connect("127.0.0.1", port, "mp", origin + patience).unwrap();
+        let bus = HubClient::connect("127.0.0.1", port, "mp", bus::now() + patience).unwrap();
+        Self::on(Box::new(bus), Mtu::Classic, robots)
+    }
+
+    /// Joins a bus; its time starts at 0, as that of any process.
+    pub(crate) fn on(bus: Box<dyn Bus>, mtu: Mtu, robots: &[(u8, usize)]) -> Self {
+        let origin = bus::now();
         let robot = |&(effector, axes): &(u8, usize)| Robot {
             node: NodeId::effector(effector).unwrap(),
             axes,
@@ -70,7 +76,7 @@ impl Coordinator {
         };
         Self {
             bus,
-            link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Classic),
+            link: Endpoint::new(NodeId::MP, Role::Coordinator, mtu),
             master: Master::default(),
             origin,
             next: Micros(0),
@@ -80,6 +86,14 @@ impl Coordinator {
 
     fn now(&self) -> Micros {
         bus::now().since(self.origin)
+    }
+
+    /// Sends a frame; while there is no bus it is lost, as anybody's.
+    fn send(&mut self, frame: &Frame) {
+        match self.bus.send(frame) {
+            Ok(()) | Err(BusError::Down { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
     }
 
     /// One cycle: time and leases out, images in.
@@ -103,7 +117,7 @@ impl Coordinator {
         }
         self.master.sent(self.now());
         for frame in frames {
-            self.bus.send(&frame).unwrap();
+            self.send(&frame);
         }
         self.next = self.next + CYCLE;
         let left = self.next.since(self.now());
@@ -156,7 +170,7 @@ impl Coordinator {
                 .send_request(node, &request, &mut |frame| frames.push(frame))
                 .unwrap();
             for frame in frames {
-                self.bus.send(&frame).unwrap();
+                self.send(&frame);
             }
         }
         let until = bus::now() + Micros(u64::try_from(PATIENCE.as_micros()).unwrap());

@@ -44,7 +44,7 @@ impl Default for AxisSetup {
 }
 
 /// The drive's own heartbeat period, ms.
-pub(super) const DRIVE_HEARTBEAT_MS: u16 = 100;
+pub const DRIVE_HEARTBEAT_MS: u16 = 100;
 /// For how long the drive waits for the node's heartbeat, ms: three periods.
 const MASTER_WINDOW_MS: u32 = 300;
 /// For how long a following error may last before the drive trips, ms.
