@@ -7,6 +7,7 @@
 
 use firmware::edp::drives::{DRIVE_HEARTBEAT_MS, MASTER_HEARTBEAT};
 use firmware::node::FEEDBACK_STEPS;
+use host::mp::arm::arm;
 use host::mp::config::Config;
 use host::task::{BusKind, BusSpec, Cell, RobotSpec};
 use protocol::budget::{self, Bits, IdFormat, Rates};
@@ -104,7 +105,7 @@ pub(crate) fn of(cell: &Cell, config: &Config) -> Vec<Traffic> {
                 entries.extend(node(robot, bus, config));
             }
             for group in robot.drives.iter().filter(|group| group.bus == number) {
-                entries.extend(drives(robot, bus, group.axes.len()));
+                entries.extend(drives(robot, bus, &group.axes));
             }
         }
         let bus = bus.clone();
@@ -113,16 +114,24 @@ pub(crate) fn of(cell: &Cell, config: &Config) -> Vec<Traffic> {
     .collect()
 }
 
-/// What drives and their node say to each other, in csp: the frames of cst are no longer.
-fn drives(robot: &RobotSpec, bus: &BusSpec, axes: usize) -> Vec<Entry> {
+/// What drives and their node say to each other, in csp: the frames of cst are no longer. Drives without a gear
+/// are sent a torque offset too.
+fn drives(robot: &RobotSpec, bus: &BusSpec, axes: &[usize]) -> Vec<Entry> {
     let (rates, cycle) = (bus.rates(), Micros(u64::from(servo_step_us(robot))));
     let standard = |len| budget::worst_classic(IdFormat::Standard, len);
     let name = &robot.name;
+    let all = arm(robot.kind).axes();
+    let set_point = |axis: &usize| match all.get(*axis) {
+        Some(axis) if axis.is_direct() => standard(8),
+        _ => standard(6),
+    };
+    let set_points: Vec<_> = axes.iter().map(set_point).collect();
+    let axes = axes.len();
     vec![
         Entry::new(format!("{name}: SYNC"), &[standard(0)], rates, cycle),
         Entry::new(
             format!("{name}: set-points (RPDO1)"),
-            &vec![standard(6); axes],
+            &set_points,
             rates,
             cycle,
         ),
