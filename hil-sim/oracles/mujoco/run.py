@@ -104,6 +104,8 @@ def compare(rounds):
     import mujoco
     import numpy
 
+    # where MuJoCo may write its log
+    os.chdir(FOLDER)
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     ours = example("mrroc-hil-sim", "arm_steps")
     oracle = example("mrroc-robots", "dynamics_oracle")
@@ -149,7 +151,7 @@ def main():
         print(f"MuJoCo's cheapest step costs {ratio:.2f} of ours, the goal is {GOAL}")
         sys.exit(0 if ratio >= GOAL else 1)
     rounds = sys.argv[1] if len(sys.argv) > 1 else "9"
-    sys.exit(subprocess.run([installed(), __file__, "--compare", rounds]).returncode)
+    sys.exit(subprocess.run([installed(), pathlib.Path(__file__).resolve(), "--compare", rounds]).returncode)
 
 
 if __name__ == "__main__":
