@@ -93,18 +93,17 @@ impl Driven {
 
     /// SYNC, then the targets the next SYNC latches.
     fn cycle(&mut self, offset: i32) {
-        let (nodes, actual) = (&self.nodes, &mut self.actual);
+        let actual = &mut self.actual;
         let mut out = |sent: Sent| {
             let Some(cob) = standard(&sent.frame) else {
                 return;
             };
-            for ((bus, node), actual) in nodes.iter().zip(actual.iter_mut()) {
-                if *bus == sent.bus
-                    && cob == node.cob(Function::Tpdo1)
-                    && let Some(now) = Actual::decode(sent.frame.data())
-                {
-                    *actual = now;
-                }
+            // nodes are numbered from 1 in the order of the axes
+            let axis = usize::from(cob.wrapping_sub(Function::Tpdo1 as u16 + 1));
+            if let (Some(actual), Some(now)) =
+                (actual.get_mut(axis), Actual::decode(sent.frame.data()))
+            {
+                *actual = now;
             }
         };
         for bus in 0..self.buses {

@@ -47,8 +47,8 @@ use surroundings::Surroundings;
 
 /// M and h are taken anew every so many substeps: every 1 ms with the default substep.
 const REFRESH_GEARED: u32 = 4;
-/// The same where a motor turns a joint without a gear, and joints turn by tens of rad/s: every 0.5 ms.
-const REFRESH_DIRECT: u32 = 2;
+/// The same where a motor turns a joint without a gear, and joints turn by tens of rad/s: every 0.75 ms.
+const REFRESH_DIRECT: u32 = 3;
 
 /// The links of a robot with a chain.
 #[derive(Clone, Debug)]
@@ -210,16 +210,17 @@ impl<R: Robot<N>, const N: usize> RigidBody<R, N> {
         let (mut free, mut push) = ([0.0; N], [0.0; N]);
         let mut handed_on = [0.0; N];
         let mut restraints = [Restraint::NONE; N];
+        let rate = 1.0 / dt_s;
         for k in 0..N {
             let p = plants[k].parameters();
             free[k] = before[k] + gain[k];
             let [low, high] = p.stop_rad;
-            restraints[k].low = (low - angles[k]) / dt_s;
-            restraints[k].high = (high - angles[k]) / dt_s;
+            restraints[k].low = (low - angles[k]) * rate;
+            restraints[k].high = (high - angles[k]) * rate;
             if let Some(shaft) = &self.shafts[k] {
-                let rate = plants[k].velocity_rad_s() - before[k];
-                let twist = plants[k].angle_rad() - angles[k] + 0.5 * dt_s * rate;
-                handed_on[k] = shaft.gear.torque_nm(twist, rate);
+                let twisting = plants[k].velocity_rad_s() - before[k];
+                let twist = plants[k].angle_rad() - angles[k] + 0.5 * dt_s * twisting;
+                handed_on[k] = shaft.gear.torque_nm(twist, twisting);
                 push[k] = dt_s * handed_on[k];
             } else {
                 restraints[k].dry = dt_s * efforts[k].dry_nm;

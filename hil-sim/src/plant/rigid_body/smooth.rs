@@ -4,7 +4,8 @@
 //! make the velocity bend. They are evaluated once in a window of several substeps, and continued over the next
 //! window by the polynomial through the last [`ORDER`] evaluations, which every substep integrates exactly:
 //! an Adams–Bashforth method (Hairer, Nørsett, Wanner, "Solving Ordinary Differential Equations I", III.1)
-//! that costs one evaluation a window whatever its order.
+//! that costs one evaluation a window whatever its order. What the next evaluation is more than it was foretold is
+//! made good by then: the corrector of Adams and Moulton, without an evaluation of its own.
 //!
 //! Where an evaluation is not what the polynomial foretold (an axis that ran into a stop, a payload that fell
 //! off), the past says nothing of the future, and the order begins again at 1.
@@ -37,6 +38,12 @@ pub(super) struct Smooth<const N: usize> {
     /// rad/s², newest first; all but `order` of them are 0.
     past: [[f64; N]; ORDER],
     order: usize,
+    /// What the last evaluation was more than foretold, rad/s².
+    surplus: [f64; N],
+    /// What that adds at the beginning of the window, s to the velocities and s² to the angles.
+    correction: [f64; 2],
+    /// The same by order.
+    corrections: [[f64; 2]; ORDER],
 }
 
 /// The coefficients, lowest power first, of the polynomial that is 1 at −`node` and 0 at the other ones of
@@ -80,6 +87,9 @@ impl<const N: usize> Smooth<N> {
             forecast: [[0.0; ORDER]; ORDER],
             past: [[0.0; N]; ORDER],
             order: 0,
+            surplus: [0.0; N],
+            correction: [0.0; 2],
+            corrections: [[0.0; 2]; ORDER],
         }
     }
 
@@ -93,6 +103,11 @@ impl<const N: usize> Smooth<N> {
         self.forget();
         self.weights.clear();
         let window_s = dt_s * f64::from(self.substeps);
+        for (order, correction) in (1_u32..).zip(&mut self.corrections) {
+            let [once, twice] = ahead(order);
+            // a velocity corrected at the beginning of a substep moves its axis all through it
+            *correction = [window_s * once, window_s * (window_s * twice + dt_s * once)];
+        }
         for (order, forecast) in (1_u32..).zip(&mut self.forecast) {
             for (node, weight) in (0..order).zip(forecast) {
                 *weight = lagrange(order, node).iter().sum();
@@ -118,10 +133,12 @@ impl<const N: usize> Smooth<N> {
     /// The past says nothing of the future any more.
     pub(super) const fn forget(&mut self) {
         self.order = 0;
+        self.correction = [0.0; 2];
     }
 
     /// The accelerations stay as they last were: there is nothing to evaluate.
     pub(super) fn hold(&mut self) {
+        self.correction = [0.0; 2];
         self.order = usize::from(self.order > 0);
     }
 
@@ -132,6 +149,7 @@ impl<const N: usize> Smooth<N> {
 
     /// The accelerations at the beginning of the next window, rad/s².
     pub(super) fn evaluated(&mut self, acceleration: &[f64; N]) {
+        self.correction = [0.0; 2];
         if let Some(forecast) = self.order.checked_sub(1).and_then(|k| self.forecast.get(k)) {
             let (mut off, mut most) = (0.0, 0.0);
             for (axis, now) in acceleration.iter().enumerate() {
@@ -140,11 +158,14 @@ impl<const N: usize> Smooth<N> {
                     .zip(&self.past)
                     .map(|(weight, past)| weight * past[axis])
                     .sum();
+                self.surplus[axis] = now - expected;
                 off = larger(off, libm::fabs(now - expected));
                 most = larger(most, libm::fabs(*now));
             }
             if off > SURPRISE * most {
                 self.order = 0;
+            } else if let Some(correction) = self.corrections.get(self.order - 1) {
+                self.correction = *correction;
             }
         }
         if self.order == 0 {
@@ -171,8 +192,39 @@ impl<const N: usize> Smooth<N> {
                 }
             }
         }
+        if substep == 0 {
+            let [of_velocity, of_angle] = self.correction;
+            for k in 0..N {
+                velocity[k] += of_velocity * self.surplus[k];
+                angle[k] += of_angle * self.surplus[k];
+            }
+        }
         (velocity, angle)
     }
+}
+
+/// ∫ and ∫ (1 − s) from 0 to 1 of the polynomial that is 1 at 1 and 0 at 0, −1, … −(`order` − 1), in units of the
+/// window.
+fn ahead(order: u32) -> [f64; 2] {
+    // it has a coefficient more than the others
+    let mut polynomial = [0.0; ORDER + 1];
+    polynomial[0] = 1.0;
+    for node in 0..order {
+        let (shift, scale) = (f64::from(node), 1.0 / (1.0 + f64::from(node)));
+        let mut lower = 0.0;
+        for coefficient in &mut polynomial {
+            let raised = scale * (lower + shift * *coefficient);
+            lower = *coefficient;
+            *coefficient = raised;
+        }
+    }
+    let (mut once, mut moment, mut power) = (0.0, 0.0, 1.0);
+    for coefficient in polynomial {
+        once += coefficient / power;
+        moment += coefficient / (power + 1.0);
+        power += 1.0;
+    }
+    [once, once - moment]
 }
 
 fn larger(a: f64, b: f64) -> f64 {
@@ -199,6 +251,15 @@ mod tests {
                 // sums of some five fractions of order 1
                 assert!((weight - expected).abs() < 1e-14, "{weights:?}");
             }
+        }
+    }
+
+    /// The coefficients of Adams and Moulton's corrector (same book, III.1, table 1.2): 1/2, 5/12, 3/8, 251/720.
+    #[test]
+    fn the_correction_is_the_classical_one() {
+        for (order, expected) in (1..).zip([0.5, 5.0 / 12.0, 3.0 / 8.0, 251.0 / 720.0]) {
+            let [once, _] = ahead(order);
+            assert!((once - expected).abs() < 1e-14, "{order}: {once}");
         }
     }
 

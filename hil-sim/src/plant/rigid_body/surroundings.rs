@@ -34,6 +34,7 @@ pub(super) struct Felt<const N: usize> {
 impl Surroundings {
     /// What the tip feels where the links are at these motor angles, rad, and turn at these rates, rad/s; none
     /// where it touches nothing.
+    #[inline(never)]
     pub(super) fn feel<R: Robot<N>, const N: usize>(
         &self,
         robot: &R,
