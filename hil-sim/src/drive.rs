@@ -20,6 +20,7 @@
 //! | `monitor` | what stops the axis without the node |
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at the index |
+//! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
 mod dictionary;
 mod homing;
@@ -28,6 +29,7 @@ mod network;
 mod operation;
 pub mod parameters;
 mod probe;
+mod profile;
 mod report;
 mod servo;
 mod slots;
@@ -35,9 +37,11 @@ mod slots;
 use protocol::canopen::cia402::{
     AbortConnection, Controlword, Mode, Options, Power, PowerState, output,
 };
-use protocol::canopen::emcy::{ErrorCode, ErrorRegister};
+use protocol::canopen::emcy::{ErrorCode, ErrorRegister, History, Producer};
+use protocol::canopen::lss;
 use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
 use protocol::canopen::node::NodeId;
+use protocol::canopen::objects::{Object, eds};
 use protocol::canopen::pdo::{Communication, Mapping, Rpdo, Tpdo, Transmission};
 use protocol::canopen::sdo::Server;
 use protocol::frame::Frame;
@@ -48,6 +52,7 @@ use dictionary::Dictionary;
 use homing::Homing;
 use parameters::DriveParameters;
 use probe::Probe;
+use profile::Way;
 use servo::Servo;
 
 /// A fault put into a drive or its axis from outside, as data.
@@ -87,6 +92,7 @@ pub struct SimDrive {
     od: Dictionary,
     scale: Scale,
     // Network
+    lss: lss::Slave,
     nmt: State,
     boot_at_ns: u64,
     producer: HeartbeatProducer,
@@ -108,6 +114,7 @@ pub struct SimDrive {
     stage: Stage,
     servo: Servo,
     homing: Homing,
+    way: Way,
     probe: Probe,
     offset: servo::Offset,
     limit_nm: f64,
@@ -124,6 +131,8 @@ pub struct SimDrive {
     abort_connection: AbortConnection,
     injected: Option<ErrorCode>,
     errors: Errors,
+    history: History<4>,
+    emergencies: Producer<8>,
     following_window: (f64, u64),
     now_ns: u64,
 }
@@ -168,6 +177,7 @@ impl SimDrive {
             node,
             p,
             scale: Scale::read(&od),
+            lss: lss::Slave::new(identity(&od), Some(node)),
             od,
             nmt: State::Initialising,
             boot_at_ns: now_ns + p.boot_ns,
@@ -189,6 +199,7 @@ impl SimDrive {
             stage: Stage::Off,
             servo: Servo::new(p, dt_s),
             homing: Homing::Idle,
+            way: Way::default(),
             probe: Probe::default(),
             offset: servo::Offset::default(),
             limit_nm: 0.0,
@@ -204,6 +215,8 @@ impl SimDrive {
             abort_connection: AbortConnection::QuickStop,
             injected: None,
             errors: Errors::default(),
+            history: History::new(),
+            emergencies: Producer::new(0),
             following_window: (f64::INFINITY, 0),
             now_ns,
         };
@@ -318,6 +331,28 @@ impl SimDrive {
             release_brake,
         }
     }
+}
+
+/// Who the drive is, for LSS.
+fn identity(od: &Dictionary) -> lss::Identity {
+    let part = |sub| od.at(protocol::canopen::objects::index::IDENTITY, sub);
+    lss::Identity::from_parts([part(1), part(2), part(3), part(4)])
+}
+
+/// The data sheet (EDS, CiA 306) of a drive with these parameters.
+#[must_use]
+pub fn data_sheet(p: &DriveParameters, file_name: &str, description: &str) -> String {
+    let od = Dictionary::new(NodeId::FIRST, p);
+    let order_code = format!("serial {}", p.serial);
+    let sheet = eds::Sheet {
+        file_name,
+        description,
+        order_code: &order_code,
+    };
+    let mut text = String::new();
+    // a string takes everything
+    let _ = eds::write(&mut text, &sheet, &|object: &Object| od.default_of(object));
+    text
 }
 
 impl Scale {

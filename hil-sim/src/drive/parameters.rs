@@ -74,6 +74,12 @@ impl DriveParameters {
         }
     }
 
+    /// Greatest speed of the motor, rad/s.
+    #[must_use]
+    pub fn max_speed_rad_s(&self) -> f64 {
+        f64::from(self.max_speed_rpm) * core::f64::consts::TAU / 60.0
+    }
+
     /// Drive units per motor radian with the default scaling.
     #[must_use]
     pub fn units_per_rad(&self) -> f64 {

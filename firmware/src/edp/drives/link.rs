@@ -308,7 +308,7 @@ impl DriveLink {
             Progress::Ignored => {}
             Progress::Send(data) => self.outgoing = Some(data),
             Progress::Done(outcome) => self.sdo_done(outcome),
-            Progress::Abort(data, outcome) => {
+            Progress::End(data, outcome) => {
                 self.outgoing = Some(data);
                 self.sdo_done(outcome);
             }
