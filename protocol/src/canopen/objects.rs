@@ -118,12 +118,12 @@ pub struct Object {
     /// The value after a reset.
     pub initial: Initial,
     /// The least and the greatest value, where the type alone does not say it.
-    pub limits: Option<(i64, i64)>,
+    pub limits: Option<(i32, u32)>,
 }
 
 impl Object {
     /// The same with a least and a greatest value.
-    const fn within(mut self, low: i64, high: i64) -> Self {
+    const fn within(mut self, low: i32, high: u32) -> Self {
         self.limits = Some((low, high));
         self
     }

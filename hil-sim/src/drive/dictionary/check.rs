@@ -54,8 +54,8 @@ fn within_limits(at: Address, value: u32) -> Result<(), Abort> {
         i64::from(value)
     };
     match object.limits {
-        Some((low, _)) if number < low => Err(Abort::TooLow),
-        Some((_, high)) if number > high => Err(Abort::TooHigh),
+        Some((low, _)) if number < i64::from(low) => Err(Abort::TooLow),
+        Some((_, high)) if number > i64::from(high) => Err(Abort::TooHigh),
         Some(_) | None => Ok(()),
     }
 }

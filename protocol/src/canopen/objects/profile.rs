@@ -11,6 +11,9 @@ use super::Object;
 
 pub(super) const COUNT: usize = 85;
 
+const METHODS: i64 = 9;
+const _: () = assert!(HomingMethod::ALL.len() == 9);
+
 pub(super) const TABLE: [Object; COUNT] = [
     Object::note(0x2000, "Commissioning note"),
     Object::number(0x6007, 0, "Abort connection option code", I16, Write, No, 3).within(0, 3),
@@ -200,7 +203,7 @@ pub(super) const TABLE: [Object; COUNT] = [
     )
     .within(1, 255),
     Object::number(0x60C2, 2, "Interpolation time index", I8, Write, No, -3).within(-6, 0),
-    Object::count(0x60E3, HomingMethod::ALL.len() as i64),
+    Object::count(0x60E3, METHODS),
     method(1),
     method(2),
     method(3),

@@ -111,6 +111,7 @@ fn defaults_lie_within_limits_and_limits_within_types() {
         let Some((low, high)) = object.limits else {
             continue;
         };
+        let (low, high) = (i64::from(low), i64::from(high));
         let bits = u32::try_from(object.data_type.size().unwrap() * 8).unwrap();
         let span = if object.data_type.is_signed() {
             (-(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1)
@@ -156,7 +157,7 @@ fn golden_sections_of_the_data_sheet() {
         "[1800sub1]\nParameterName=COB-ID used by TPDO\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\n\
          DefaultValue=$NODEID+0x40000180\nPDOMapping=0\n\n",
     ] {
-        let head = &section[..section.find('\n').unwrap() + 1];
+        let head = &section[..=section.find('\n').unwrap()];
         let from = text.find(head).unwrap();
         assert!(
             text[from..].starts_with(section),
