@@ -20,6 +20,7 @@
 //! | `monitor` | what stops the axis without the node |
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at the index |
+//! | [`quirk`] | what drives in the field do otherwise |
 //! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
 mod dictionary;
@@ -30,6 +31,7 @@ mod operation;
 pub mod parameters;
 mod probe;
 mod profile;
+pub mod quirk;
 mod report;
 mod servo;
 mod slots;
@@ -124,6 +126,11 @@ pub struct SimDrive {
     // Monitoring
     sensed: Sensed,
     home: Debounced,
+    /// [`quirk::Quirk::FlickeringFault`]: this SYNC's phase.
+    flicker: bool,
+    /// [`quirk::Quirk::HomesItself`]: has it, and does it?
+    homed_itself: bool,
+    homing_itself: bool,
     last_sync_ns: Option<u64>,
     missed: u8,
     over_current_since_ns: Option<u64>,
@@ -180,7 +187,7 @@ impl SimDrive {
             lss: lss::Slave::new(identity(&od), Some(node)),
             od,
             nmt: State::Initialising,
-            boot_at_ns: now_ns + p.boot_ns,
+            boot_at_ns: now_ns,
             producer: HeartbeatProducer::new(Micros(0), Micros(0)),
             consumer: None,
             server: Server::default(),
@@ -208,6 +215,9 @@ impl SimDrive {
             cut: false,
             sensed: Sensed::default(),
             home: Debounced::default(),
+            flicker: false,
+            homed_itself: false,
+            homing_itself: false,
             last_sync_ns: None,
             missed: 0,
             over_current_since_ns: None,
@@ -220,6 +230,7 @@ impl SimDrive {
             following_window: (f64::INFINITY, 0),
             now_ns,
         };
+        drive.boot_at_ns = now_ns + drive.boot_ns();
         drive.servo.rest_at(0.0);
         drive.configure();
         drive

@@ -7,6 +7,7 @@ use protocol::canopen::objects::{self, Access, COUNT, DataType, Initial, Mappabl
 use protocol::canopen::sdo::{Abort, Address, CAPACITY, ObjectAccess};
 
 use super::parameters::DriveParameters;
+use super::quirk::Quirk;
 
 /// "save", little-endian: the signature object 1010 wants.
 const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -25,6 +26,8 @@ pub(crate) struct Dictionary {
     pub(crate) energised: bool,
     /// Was an object written since [`Self::take_written`]?
     written: Option<Address>,
+    /// [`super::quirk::Quirk::NoInterpolationPeriod`].
+    without_interpolation: bool,
     /// Object 2000: now and stored.
     note: [Vec<u8>; 2],
 }
@@ -74,6 +77,7 @@ impl Dictionary {
             defaults,
             energised: false,
             written: None,
+            without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
             note: [Vec::new(), Vec::new()],
         }
     }
@@ -167,7 +171,10 @@ impl Dictionary {
         }
     }
 
-    fn place(at: Address) -> Result<usize, Abort> {
+    fn place(&self, at: Address) -> Result<usize, Abort> {
+        if self.without_interpolation && at.index == index::INTERPOLATION_PERIOD {
+            return Err(Abort::NoObject);
+        }
         objects::find(at).ok_or(if objects::has_index(at.index) {
             Abort::NoSubIndex
         } else {
@@ -196,13 +203,13 @@ impl Dictionary {
 
 impl ObjectAccess for Dictionary {
     fn len(&self, at: Address) -> Result<usize, Abort> {
-        let place = Self::place(at)?;
+        let place = self.place(at)?;
         let text = self.text(place).map_or(0, <[u8]>::len);
         Ok(TABLE[place].data_type.size().unwrap_or(text))
     }
 
     fn read(&self, at: Address, into: &mut [u8]) -> Result<usize, Abort> {
-        let place = Self::place(at)?;
+        let place = self.place(at)?;
         if at.index == index::ERROR_HISTORY && u32::from(at.sub) > self.at(at.index, 0) {
             // so many errors have not happened
             return Err(Abort::NoData);
@@ -219,7 +226,7 @@ impl ObjectAccess for Dictionary {
     }
 
     fn write(&mut self, at: Address, data: &[u8]) -> Result<(), Abort> {
-        let place = Self::place(at)?;
+        let place = self.place(at)?;
         let object = &TABLE[place];
         match object.access {
             Access::Write => {}

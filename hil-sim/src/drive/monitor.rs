@@ -55,6 +55,7 @@ impl SimDrive {
                 self.connection_lost(ErrorCode::SYNC_LOST);
             }
         }
+        self.watch_tightly();
         let over = self.sensed.current_a.abs() > self.p.over_current_a;
         if over {
             let since = *self.over_current_since_ns.get_or_insert(self.now_ns);

@@ -17,6 +17,7 @@ use protocol::frame::Frame;
 use protocol::time::Micros;
 
 use super::parameters::MS;
+use super::quirk::Quirk;
 use super::{SimDrive, slots};
 
 /// Nanoseconds as bus time.
@@ -123,7 +124,7 @@ impl SimDrive {
             Some(node) => {
                 let before = core::mem::replace(&mut self.node, node);
                 self.od.set_node(before, node);
-                self.now_ns + self.p.boot_ns
+                self.now_ns + self.boot_ns()
             }
             None => u64::MAX,
         };
@@ -157,10 +158,10 @@ impl SimDrive {
             self.on_written(at);
         }
         if let Some(answer) = answer {
-            if self.p.sdo_ns == 0 {
+            if self.answer_ns() == 0 {
                 self.send(self.node.cob(Function::SdoAnswer), answer);
             } else {
-                self.answer = Some((self.now_ns + self.p.sdo_ns, answer));
+                self.answer = Some((self.now_ns + self.answer_ns(), answer));
             }
         }
         for _ in 0..MAX_BLOCK {
@@ -250,8 +251,10 @@ impl SimDrive {
             self.missed = self.missed.saturating_add(1);
         }
         self.follow(fresh);
+        self.flicker = !self.flicker;
         self.od
             .set(slots::STATUSWORD, u32::from(self.statusword().0));
+        let short = self.p.quirks.has(Quirk::ShortPdo);
         for number in 0..self.tpdo.len() {
             let tpdo = &mut self.tpdo[number];
             if !tpdo.communication().enabled || tpdo.is_event_driven() {
@@ -260,6 +263,7 @@ impl SimDrive {
             let payload = pack(&self.od, tpdo.mapping());
             if tpdo.on_sync(micros(self.now_ns), sync, payload) {
                 let cob = tpdo.communication().cob;
+                let payload = if short { payload.shortened() } else { payload };
                 self.outbox.push(payload.frame(cob));
             }
         }
@@ -275,6 +279,7 @@ impl SimDrive {
                 return;
             }
             self.nmt = State::PreOperational;
+            self.before_boot_up();
             self.outbox
                 .push(nmt::heartbeat_frame(self.node, State::Initialising));
             self.transition(Event::Booted);

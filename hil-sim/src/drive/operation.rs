@@ -106,6 +106,10 @@ impl SimDrive {
         }
         self.halted = halt;
         self.choose_mode();
+        if let Stage::Opening(_) = self.stage {
+            // what begins with this edge begins when the brake is open
+            self.controlword.0 &= !Controlword::OPERATION_4;
+        }
         match self.mode {
             Mode::Homing if self.follows() => self.home(word, before),
             Mode::Pp if self.follows() => self.ask(word, before),
@@ -176,7 +180,10 @@ impl SimDrive {
 
     /// Is the drive following set-points?
     pub(super) fn follows(&self) -> bool {
-        self.power == Power::Enabled && self.stage == Stage::On && !self.halted
+        self.power == Power::Enabled
+            && self.stage == Stage::On
+            && !self.halted
+            && !self.homing_itself
     }
 
     /// Runs an event through the power state machine and does what it says.
@@ -210,6 +217,7 @@ impl SimDrive {
 
     fn coast(&mut self) {
         self.stage = Stage::Off;
+        self.homing_itself = false;
         self.servo.free();
         self.offset = Offset::default();
     }
@@ -233,7 +241,13 @@ impl SimDrive {
     #[inline]
     pub(super) fn operate(&mut self) {
         match self.stage {
-            Stage::Opening(until) if self.now_ns >= until => self.stage = Stage::On,
+            Stage::Opening(until) if self.now_ns >= until => {
+                self.stage = Stage::On;
+                self.begin_by_itself();
+                if !self.mode.is_cyclic() {
+                    self.on_controlword();
+                }
+            }
             Stage::Closing(until) if self.now_ns >= until => {
                 self.coast();
                 self.od.energised = false;
@@ -250,6 +264,11 @@ impl SimDrive {
                 let (homing, want) = self.homing.step(&self.view());
                 self.homing = homing;
                 self.obey(want);
+            }
+            Power::Enabled if self.homing_itself => {
+                if self.sensed.index.is_some() {
+                    self.homing_itself = false;
+                }
             }
             Power::Enabled if self.follows() => self.make_way(),
             Power::NotReady

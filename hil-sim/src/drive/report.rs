@@ -25,7 +25,7 @@ impl SimDrive {
             Mode::Homing if enabled => {
                 set(
                     Statusword::TARGET_REACHED,
-                    !self.homing.is_running() && self.servo.stands(),
+                    !self.homing.is_running() && !self.homing_waits() && self.servo.stands(),
                 );
                 set(Statusword::FOLLOWS, self.homing == Homing::Done);
                 set(Statusword::DEVIATION, self.homing == Homing::Failed);
@@ -48,7 +48,7 @@ impl SimDrive {
                 0
             };
         }
-        Statusword(word)
+        self.spoilt(Statusword(word))
     }
 
     /// Writes the values the drive measures into the dictionary.
