@@ -1,16 +1,14 @@
 """cantools decodes what python-can records; python-can replays it, and the drive does the same again."""
 
-import json
 import pathlib
 import subprocess
 import tempfile
-import time
 import unittest
 
 import can
 import cantools
 
-from cell import BIN, ROOT, end, simulator, start, tool, until
+from cell import end, simulator, start, tool
 
 ROBOT = "irp6-postument"
 CELL = f'[[robot]]\nkind = "{ROBOT}"\n'
@@ -56,57 +54,58 @@ class Log(unittest.TestCase):
         self.assertGreaterEqual(seen["SYNC_irp6_postument"], seen["TPDO1_irp6_postument_1"])
         self.assertNotEqual(positions[0], positions[-1])
 
-    def test_a_recorded_run_replayed_moves_the_drives_the_same_way(self):
-        # Record what a node sends to its drives while it enables them, then play it to other drives.
+    def test_a_recorded_run_replayed_moves_the_drive_the_same_way(self):
+        # Record what a node and its one drive say while it is brought up and moved; then play the node's part
+        # to another drive.
         log = self.folder / "bus.asc"
-        with simulator(ROBOT) as port:
-            bus = self.bus(port, f"{ROBOT}.0")
-            node = start("mrroc-node", ROBOT, "--bus", f"hub:{port}", "--json")
-            self.addCleanup(end, node)
-            recorder = can.Logger(str(log))
-            notifier = can.Notifier(bus, [recorder])
-            run = [str(BIN / "mrroc"), "home", ROBOT, "--bus", f"hub:{port}", "--quiet", "--json"]
-            homing = subprocess.Popen(run, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-            time.sleep(6)
-            homing.terminate()
-            homing.communicate()
-            notifier.stop()
-            recorder.stop()
-            end(node)
+        # a machine that is too busy to renew a lease in 100 ms ends the motion: then once more
+        for attempt in range(4):
+            try:
+                self.record(log)
+                break
+            except subprocess.CalledProcessError:
+                self.assertLess(attempt, 3, "the motion never came to its end")
         with can.LogReader(str(log)) as reader:
             frames = list(reader)
-        ways = self.ways(frames)
-        axis = max(ways, key=lambda axis: abs(ways[axis]))
-        self.assertGreater(abs(ways[axis]), 100_000, "the node moved an axis, by 100 increments at least")
-        with simulator(ROBOT) as port:
-            bus = self.bus(port, f"{ROBOT}.0")
+        way = self.way(frames)
+        # 5 rad of a motor with 4000 increments: 3183 increments
+        self.assertGreater(abs(way), 1_000_000)
+        with simulator("conveyor") as port:
+            bus = self.bus(port, "conveyor.0")
             # from the node: NMT, SYNC, RPDOs, SDO requests, its heartbeat
-            own = {0x000, 0x080, 0x77F}
-            sent = [
-                f
-                for f in frames
-                if f.arbitration_id in own
-                or 0x201 <= f.arbitration_id <= 0x206
-                or 0x601 <= f.arbitration_id <= 0x606
-            ]
-            for frame in can.MessageSync(sent, skip=1):
-                bus.send(frame)
+            own = {0x000, 0x080, 0x201, 0x301, 0x601, 0x77F}
             answers = []
-            while (frame := bus.recv(0.5)) is not None:
-                answers.append(frame)
-        again = self.ways(answers)
-        # the drives may have missed set-points where the wall clock was late
-        self.assertGreater(again[axis] / ways[axis], 0.5, f"{ways} and then {again}")
-        self.assertLess(again[axis] / ways[axis], 1.5, f"{ways} and then {again}")
+            for frame in can.MessageSync([f for f in frames if f.arbitration_id in own]):
+                bus.send(frame)
+                while (answer := bus.recv(0)) is not None:
+                    answers.append(answer)
+            while (answer := bus.recv(0.5)) is not None:
+                answers.append(answer)
+        # the same within two increments
+        self.assertLessEqual(abs(self.way(answers) - way), 2000)
 
-    def ways(self, frames):
-        """How far each axis went, drive units."""
-        positions = {}
-        for frame in frames:
-            if 0x181 <= frame.arbitration_id <= 0x186:
-                axis = frame.arbitration_id - 0x180
-                positions.setdefault(axis, []).append(self.decode(frame)["PositionActualValue"])
-        return {axis: of[-1] - of[0] for axis, of in positions.items()}
+    def record(self, log):
+        with simulator("conveyor") as port:
+            bus = self.bus(port, "conveyor.0")
+            recorder = can.Logger(str(log))
+            notifier = can.Notifier(bus, [recorder])
+            node = start("mrroc-node", "conveyor", "--bus", f"hub:{port}", "--json")
+            try:
+                tool("mrroc", "move", "conveyor", "--motors", "5", "--bus", f"hub:{port}", "--quiet")
+            finally:
+                end(node)
+                notifier.stop()
+                recorder.stop()
+
+    def way(self, frames):
+        """How far the drive went, drive units."""
+        positions = [
+            self.decode(frame)["PositionActualValue"]
+            for frame in frames
+            if frame.arbitration_id == 0x181
+        ]
+        self.assertGreater(len(positions), 100)
+        return positions[-1] - positions[0]
 
 
 if __name__ == "__main__":
