@@ -44,9 +44,9 @@ def end(process):
 
 
 @contextlib.contextmanager
-def simulator(*robots):
+def simulator(*robots, bus="hub:0"):
     """Simulated robots behind a hub; gives its port."""
-    process = start("mrroc-hil-sim", *robots, "--bus", "hub:0", "--json")
+    process = start("mrroc-hil-sim", *robots, "--bus", bus, "--json")
     try:
         for line in process.stdout:
             event = json.loads(line)

@@ -9,6 +9,7 @@
 //! | [`no_std`] | the crates of the microcontroller, built for one |
 //! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
+//! | [`strangers`] | other people's tools against our programs |
 //! | [`ci`] | every check above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
@@ -23,6 +24,7 @@ mod lint;
 mod no_std;
 mod report;
 mod shell;
+mod strangers;
 mod text;
 
 use clap::{Parser, Subcommand};
@@ -68,6 +70,8 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Run python-canopen, python-can and cantools against our programs (fetched; needs Python)
+    Strangers,
     /// Run everything CI runs, in its order
     Ci,
 }
@@ -84,6 +88,7 @@ fn main() -> ExitCode {
         Task::BenchMotion { arguments } => {
             report.run("bench-motion", || bench_motion::run(&arguments));
         }
+        Task::Strangers => report.run("strangers", strangers::check),
         Task::Ci => ci::run_all(&mut report),
     }
     report.finish()
