@@ -126,11 +126,7 @@ pub struct SimDrive {
     // Monitoring
     sensed: Sensed,
     home: Debounced,
-    /// [`quirk::Quirk::FlickeringFault`]: this SYNC's phase.
-    flicker: bool,
-    /// [`quirk::Quirk::HomesItself`]: has it, and does it?
-    homed_itself: bool,
-    homing_itself: bool,
+    whims: quirk::Whims,
     last_sync_ns: Option<u64>,
     missed: u8,
     over_current_since_ns: Option<u64>,
@@ -215,9 +211,7 @@ impl SimDrive {
             cut: false,
             sensed: Sensed::default(),
             home: Debounced::default(),
-            flicker: false,
-            homed_itself: false,
-            homing_itself: false,
+            whims: quirk::Whims::default(),
             last_sync_ns: None,
             missed: 0,
             over_current_since_ns: None,

@@ -251,7 +251,7 @@ impl SimDrive {
             self.missed = self.missed.saturating_add(1);
         }
         self.follow(fresh);
-        self.flicker = !self.flicker;
+        self.whims.flicker = !self.whims.flicker;
         self.od
             .set(slots::STATUSWORD, u32::from(self.statusword().0));
         let short = self.p.quirks.has(Quirk::ShortPdo);

@@ -183,7 +183,7 @@ impl SimDrive {
         self.power == Power::Enabled
             && self.stage == Stage::On
             && !self.halted
-            && !self.homing_itself
+            && !self.homes_itself()
     }
 
     /// Runs an event through the power state machine and does what it says.
@@ -217,7 +217,7 @@ impl SimDrive {
 
     fn coast(&mut self) {
         self.stage = Stage::Off;
-        self.homing_itself = false;
+        self.end_by_itself();
         self.servo.free();
         self.offset = Offset::default();
     }
@@ -265,9 +265,9 @@ impl SimDrive {
                 self.homing = homing;
                 self.obey(want);
             }
-            Power::Enabled if self.homing_itself => {
+            Power::Enabled if self.homes_itself() => {
                 if self.sensed.index.is_some() {
-                    self.homing_itself = false;
+                    self.end_by_itself();
                 }
             }
             Power::Enabled if self.follows() => self.make_way(),

@@ -85,6 +85,27 @@ impl Quirks {
     }
 }
 
+/// What a drive with quirks remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Whims {
+    /// [`Quirk::FlickeringFault`]: is it this SYNC's turn?
+    pub(super) flicker: bool,
+    /// [`Quirk::HomesItself`].
+    pub(super) homing: OwnHoming,
+}
+
+/// How far a drive is that homes itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum OwnHoming {
+    /// It has not begun.
+    #[default]
+    Due,
+    /// It moves.
+    Running,
+    /// It has ended, or was ended.
+    Over,
+}
+
 /// [`Quirk::SlowBoot`].
 const SLOW_BOOT_NS: u64 = 2000 * MS;
 /// [`Quirk::SlowAnswers`].
@@ -117,7 +138,7 @@ impl SimDrive {
         if self.p.quirks.has(Quirk::HomingNeverReached) && matches!(self.mode, Mode::Homing) {
             word &= !Statusword::TARGET_REACHED;
         }
-        if self.p.quirks.has(Quirk::FlickeringFault) && self.flicker {
+        if self.p.quirks.has(Quirk::FlickeringFault) && self.whims.flicker {
             // the fault bit, and with it the pattern of the state "fault"
             word = word & !0x4F | 0x08;
         }
@@ -154,14 +175,25 @@ impl SimDrive {
 
     /// Torque is on and the brake open: does the drive home itself first?
     pub(super) fn begin_by_itself(&mut self) {
-        if !self.p.quirks.has(Quirk::HomesItself) || self.homed_itself {
+        if !self.p.quirks.has(Quirk::HomesItself) || self.whims.homing != OwnHoming::Due {
             return;
         }
-        self.homed_itself = true;
-        self.homing_itself = true;
+        self.whims.homing = OwnHoming::Running;
         let speed = f64::from(self.od.get(slots::HOMING_FAST)) / self.scale.units_per_rad;
         let ramp = f64::from(self.od.get(slots::HOMING_ACCELERATION)) / self.scale.units_per_rad;
         self.servo.jog(speed, ramp);
+    }
+
+    /// Does it move of its own accord?
+    pub(super) fn homes_itself(&self) -> bool {
+        self.whims.homing == OwnHoming::Running
+    }
+
+    /// Ends what [`Self::begin_by_itself`] began.
+    pub(super) fn end_by_itself(&mut self) {
+        if self.homes_itself() {
+            self.whims.homing = OwnHoming::Over;
+        }
     }
 
     /// Is homing asked for and not begun?

@@ -308,7 +308,8 @@ mod tests {
                 if start.abs() <= speed {
                     prop_assert!(rad_s.abs() <= speed + 1e-9);
                 }
-                if rad == target && rad_s == 0.0 {
+                // the last step puts it there exactly
+                if rad.total_cmp(&target).is_eq() && rad_s.abs() < f64::MIN_POSITIVE {
                     ended = true;
                     break;
                 }

@@ -46,14 +46,13 @@ fn meet(quirk: Quirk) -> (Coordinator, Option<Cause>) {
 fn each_quirk_is_survived_or_refused_with_its_cause() {
     for quirk in Quirk::ALL {
         let expected = match quirk {
-            // the node waits longer than that
-            Quirk::SlowBoot | Quirk::SlowAnswers => None,
-            // the node homes the axes itself
-            Quirk::HomingNeverReached => None,
-            // SYNC comes in time
-            Quirk::TightSync => None,
-            // it was told before the reset was over
-            Quirk::EmergencyBeforeBootUp => None,
+            // The node waits longer than that; homes the axes itself; SYNC comes in time; and what a drive
+            // told before its reset was over is of the past.
+            Quirk::SlowBoot
+            | Quirk::SlowAnswers
+            | Quirk::HomingNeverReached
+            | Quirk::TightSync
+            | Quirk::EmergencyBeforeBootUp => None,
             // without the period the drive would interpolate wrongly
             Quirk::NoInterpolationPeriod => Some(Cause::DriveConfiguration),
             // an axis that moves by itself does not follow

@@ -115,7 +115,8 @@ fn a_lost_heartbeat_changes_the_nmt_state_as_1029_says() {
     ] {
         let mut bench = bench();
         bench.write_sub(0x1029, 1, &[behaviour]);
-        bench.write_sub(0x1016, 1, &(0x7F_u32 << 16 | 100).to_le_bytes());
+        // node 127, 100 ms
+        bench.write_sub(0x1016, 1, &0x007F_0064_u32.to_le_bytes());
         bench.nmt(Command::Start);
         bench.wait(150);
         assert_eq!(bench.robot.drive(0).unwrap().nmt_state(), state);
