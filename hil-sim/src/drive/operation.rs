@@ -22,10 +22,8 @@ impl SimDrive {
     /// Reads the objects of the profile again.
     pub(super) fn configure_motion(&mut self) {
         let offset = self.scale.offset;
-        self.scale = Scale {
-            offset,
-            ..Scale::read(&self.od)
-        };
+        self.scale = Scale::read(&self.od);
+        self.scale.offset = offset;
         let code = |slot| i16::try_from(self.od.signed(slot)).unwrap_or(0);
         self.options = Options::from_codes(
             code(slots::QUICK_STOP_OPTION),
