@@ -4,6 +4,7 @@
 //! MP is not here: it is one more tap of the MP wire, and whoever runs it calls [`Cell::advance`].
 //! Nothing reads a clock, so the same inputs give the same bytes.
 
+use crate::drive::quirk::Quirks;
 use crate::plant::parameters::{RobotSetup, robot};
 use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
 use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
@@ -96,6 +97,7 @@ pub struct Cell {
     names: Vec<String>,
     mp_rx: Vec<(Micros, Frame)>,
     refused: Vec<PostError>,
+    quirks: Quirks,
 }
 
 impl Cell {
@@ -109,7 +111,15 @@ impl Cell {
             names: vec!["mp".into()],
             mp_rx: Vec::new(),
             refused: Vec::new(),
+            quirks: Quirks::default(),
         }
+    }
+
+    /// The drives of robots that are added from now on do this otherwise than the book.
+    #[must_use]
+    pub const fn with_quirks(mut self, quirks: Quirks) -> Self {
+        self.quirks = quirks;
+        self
     }
 
     /// Add a robot with the node that every one of its kind has; `buses` says on which of its drive
@@ -147,7 +157,7 @@ impl Cell {
         drives: &[DriveAddress],
         seed: u64,
     ) -> Result<(), CellError> {
-        let setup = setup(kind, drives, seed);
+        let setup = setup(kind, drives, seed, self.quirks);
         let buses = drives
             .iter()
             .map(|d| usize::from(d.bus) + 1)
@@ -419,11 +429,12 @@ impl RobotVisitor for Build<'_> {
 
 /// The simulated robot of a kind, its drives where the node expects them.
 #[must_use]
-pub fn setup(kind: RobotKind, drives: &[DriveAddress], seed: u64) -> RobotSetup {
+pub fn setup(kind: RobotKind, drives: &[DriveAddress], seed: u64, quirks: Quirks) -> RobotSetup {
     let mut setup = robot(kind, seed);
     for (axis, drive) in setup.axes.iter_mut().zip(drives) {
         axis.bus = drive.bus;
         axis.node = drive.id.get();
+        axis.drive.quirks = quirks;
     }
     setup
 }

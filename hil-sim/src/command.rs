@@ -148,8 +148,8 @@ fn build(
         .visit(station.track, Wiring(&station))
         .map_err(config)?;
     let period = Micros(u64::from(step_us));
-    let robot =
-        SimRobot::new(setup(kind, &drives, args.seed), args.seed).map_err(|error| wrong(&error))?;
+    let robot = SimRobot::new(setup(kind, &drives, args.seed, args.quirks), args.seed)
+        .map_err(|error| wrong(&error))?;
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
     Ok(match (&args.place, hub) {
         (Place::Hub { .. }, Some(hub)) => {

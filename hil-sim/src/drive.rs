@@ -14,30 +14,40 @@
 //! |---|---|
 //! | [`parameters`] | what a drive is commissioned with |
 //! | `dictionary` | the object dictionary and the checks on writing it |
+//! | `layer` | node identifiers (LSS) and resets |
 //! | `network` | frames in and out: NMT, SYNC, SDO, PDO, heartbeats |
 //! | `operation` | power states, modes, brake, following the set-points |
 //! | `report` | what the objects tell |
 //! | `monitor` | what stops the axis without the node |
+//! | `scale` | drive units, increments, radians |
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at the index |
+//! | [`quirk`] | what drives in the field do otherwise |
+//! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
 mod dictionary;
 mod homing;
+mod layer;
 mod monitor;
 mod network;
 mod operation;
 pub mod parameters;
 mod probe;
+mod profile;
+pub mod quirk;
 mod report;
+mod scale;
 pub(crate) mod servo;
 mod slots;
 
 use protocol::canopen::cia402::{
     AbortConnection, Controlword, Mode, Options, Power, PowerState, output,
 };
-use protocol::canopen::emcy::{ErrorCode, ErrorRegister};
+use protocol::canopen::emcy::{ErrorCode, ErrorRegister, History, Producer};
+use protocol::canopen::lss;
 use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
 use protocol::canopen::node::NodeId;
+use protocol::canopen::objects::{Object, eds};
 use protocol::canopen::pdo::{Communication, Mapping, Rpdo, Tpdo, Transmission};
 use protocol::canopen::sdo::Server;
 use protocol::frame::Frame;
@@ -48,6 +58,8 @@ use dictionary::Dictionary;
 use homing::Homing;
 use parameters::DriveParameters;
 use probe::Probe;
+use profile::Way;
+use scale::{Scale, to_i32};
 use servo::Servo;
 
 /// A fault put into a drive or its axis from outside, as data.
@@ -87,6 +99,7 @@ pub struct SimDrive {
     od: Dictionary,
     scale: Scale,
     // Network
+    lss: lss::Slave,
     nmt: State,
     boot_at_ns: u64,
     producer: HeartbeatProducer,
@@ -108,6 +121,7 @@ pub struct SimDrive {
     stage: Stage,
     servo: Servo,
     homing: Homing,
+    way: Way,
     probe: Probe,
     offset: servo::Offset,
     limit_nm: f64,
@@ -117,6 +131,7 @@ pub struct SimDrive {
     // Monitoring
     sensed: Sensed,
     home: Debounced,
+    whims: quirk::Whims,
     last_sync_ns: Option<u64>,
     missed: u8,
     over_current_since_ns: Option<u64>,
@@ -124,6 +139,8 @@ pub struct SimDrive {
     abort_connection: AbortConnection,
     injected: Option<ErrorCode>,
     errors: Errors,
+    history: History<4>,
+    emergencies: Producer<8>,
     following_window: (f64, u64),
     now_ns: u64,
 }
@@ -142,18 +159,6 @@ struct Errors {
     code: ErrorCode,
 }
 
-/// Unit conversions of the factor group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Scale {
-    /// Units are `count · numerator / denominator + offset`.
-    numerator: i64,
-    denominator: i64,
-    offset: i64,
-    units_per_rad: f64,
-    rad_per_increment: f64,
-    nm_per_mille: f64,
-}
-
 impl SimDrive {
     /// A drive that is switched on at `now_ns`, with the inner loop closed every `dt_s`.
     #[must_use]
@@ -168,9 +173,10 @@ impl SimDrive {
             node,
             p,
             scale: Scale::read(&od),
+            lss: lss::Slave::new(identity(&od), Some(node)),
             od,
             nmt: State::Initialising,
-            boot_at_ns: now_ns + p.boot_ns,
+            boot_at_ns: now_ns,
             producer: HeartbeatProducer::new(Micros(0), Micros(0)),
             consumer: None,
             server: Server::default(),
@@ -189,6 +195,7 @@ impl SimDrive {
             stage: Stage::Off,
             servo: Servo::new(p, dt_s),
             homing: Homing::Idle,
+            way: Way::default(),
             probe: Probe::default(),
             offset: servo::Offset::default(),
             limit_nm: 0.0,
@@ -197,6 +204,7 @@ impl SimDrive {
             cut: false,
             sensed: Sensed::default(),
             home: Debounced::default(),
+            whims: quirk::Whims::default(),
             last_sync_ns: None,
             missed: 0,
             over_current_since_ns: None,
@@ -204,9 +212,12 @@ impl SimDrive {
             abort_connection: AbortConnection::QuickStop,
             injected: None,
             errors: Errors::default(),
+            history: History::new(),
+            emergencies: Producer::new(0),
             following_window: (f64::INFINITY, 0),
             now_ns,
         };
+        drive.boot_at_ns = now_ns + drive.boot_ns();
         drive.servo.rest_at(0.0);
         drive.configure();
         drive
@@ -320,71 +331,26 @@ impl SimDrive {
     }
 }
 
-impl Scale {
-    fn read(od: &Dictionary) -> Self {
-        use protocol::canopen::objects::index;
-        let ratio = |index| (i64::from(od.at(index, 1)), i64::from(od.at(index, 2)));
-        let (increments, turns) = ratio(index::ENCODER_RESOLUTION);
-        let (motor, shaft) = ratio(index::GEAR_RATIO);
-        let (feed, feed_turns) = ratio(index::FEED_CONSTANT);
-        // units = count · (turns/increments) · (shaft/motor) · (feed/feed turns)
-        let numerator = turns.saturating_mul(shaft).saturating_mul(feed);
-        let denominator = increments
-            .saturating_mul(motor)
-            .saturating_mul(feed_turns)
-            .max(1);
-        let rad_per_increment = core::f64::consts::TAU * to_f64(turns) / to_f64(increments.max(1));
-        Self {
-            numerator,
-            denominator,
-            offset: 0,
-            units_per_rad: to_f64(numerator) / to_f64(denominator) / rad_per_increment,
-            rad_per_increment,
-            nm_per_mille: f64::from(od.at(index::RATED_TORQUE, 0)) * 1e-6,
-        }
-    }
-
-    /// Drive units of an encoder count.
-    const fn units(&self, count: i64) -> i64 {
-        let wide = count as i128 * self.numerator as i128;
-        let exact = wide.div_euclid(self.denominator as i128);
-        // At most 2⁶³ units: the counts of any travel are far below.
-        #[expect(clippy::cast_possible_truncation, reason = "see above")]
-        let units = exact as i64;
-        units.saturating_add(self.offset)
-    }
-
-    /// Motor radians of drive units.
-    fn rad_of_units(&self, units: i64) -> f64 {
-        to_f64(units - self.offset) / self.units_per_rad
-    }
-
-    /// Drive units of motor radians, to the nearest.
-    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
-    fn units_of_rad(&self, rad: f64) -> i64 {
-        let units = rad * self.units_per_rad + to_f64(self.offset);
-        (units + if units < 0.0 { -0.5 } else { 0.5 }) as i64
-    }
-
-    /// Motor radians of an encoder count: the middle of the increment.
-    fn rad(&self, count: i64) -> f64 {
-        (to_f64(count) + 0.5) * self.rad_per_increment
-    }
+/// Who the drive is, for LSS.
+fn identity(od: &Dictionary) -> lss::Identity {
+    let part = |sub| od.at(protocol::canopen::objects::index::IDENTITY, sub);
+    lss::Identity::from_parts([part(1), part(2), part(3), part(4)])
 }
 
-/// An integer as a number; exact below 2⁵³.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "counts and units stay below 2^53"
-)]
-const fn to_f64(value: i64) -> f64 {
-    value as f64
-}
-
-/// The nearest integer, saturated to 32 bits.
-#[expect(clippy::cast_possible_truncation, reason = "saturates")]
-fn to_i32(value: f64) -> i32 {
-    (value + if value < 0.0 { -0.5 } else { 0.5 }) as i32
+/// The data sheet (EDS, CiA 306) of a drive with these parameters.
+#[must_use]
+pub fn data_sheet(p: &DriveParameters, file_name: &str, description: &str) -> String {
+    let od = Dictionary::new(NodeId::FIRST, p);
+    let order_code = format!("serial {}", p.serial);
+    let sheet = eds::Sheet {
+        file_name,
+        description,
+        order_code: &order_code,
+    };
+    let mut text = String::new();
+    // a string takes everything
+    let _ = eds::write(&mut text, &sheet, &|object: &Object| od.default_of(object));
+    text
 }
 
 #[cfg(test)]

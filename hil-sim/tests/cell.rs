@@ -6,6 +6,7 @@ use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::cell::{Cell, Observer};
 use hil_sim::drive::DriveFault;
+use hil_sim::drive::quirk::Quirks;
 use protocol::budget::{self, Rates};
 use protocol::canopen::emcy::ErrorCode;
 use protocol::fault::{Cause, Refusal};
@@ -19,6 +20,9 @@ use protocol::message::{
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::{RobotKind, TrackRule};
+
+#[path = "cell/quirks.rs"]
+mod quirks;
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,
@@ -37,7 +41,11 @@ struct Coordinator {
 
 impl Coordinator {
     fn new(kind: RobotKind, law: ServoLaw) -> Self {
-        let mut cell = Cell::new(Kind::Fd);
+        Self::with(kind, law, Quirks::default())
+    }
+
+    fn with(kind: RobotKind, law: ServoLaw, quirks: Quirks) -> Self {
+        let mut cell = Cell::new(Kind::Fd).with_quirks(quirks);
         let station = Station {
             effector: 1,
             unique_id: 7,

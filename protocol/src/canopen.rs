@@ -17,6 +17,7 @@
 //! | [`sync`] | the SYNC message |
 //! | [`emcy`] | emergency messages, error codes, error register |
 //! | [`sdo`] | service data: client and server |
+//! | [`lss`] | node identifiers for devices that have none |
 //! | [`pdo`] | process data: mapping, parameters, latching, sending |
 //! | [`cia402`] | power state machine, modes, option codes |
 //! | [`objects`] | indices and the object table of the drive |
@@ -28,6 +29,7 @@
 pub mod axis;
 pub mod cia402;
 pub mod emcy;
+pub mod lss;
 pub mod nmt;
 pub mod node;
 pub mod objects;

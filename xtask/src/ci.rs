@@ -2,7 +2,7 @@
 
 use crate::report::{Findings, Report};
 use crate::shell::{cargo, cargo_stdout, run, run_cargo};
-use crate::{deps, fault_pages, hil_qemu, lint, no_std};
+use crate::{deps, fault_pages, hil_qemu, lint, no_std, strangers};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::process::Stdio;
@@ -32,6 +32,7 @@ pub(crate) fn run_all(report: &mut Report) {
     report.run("hil-qemu", || hil_qemu::check(&[]));
     #[cfg(target_os = "linux")]
     report.run("vcan", vcan);
+    report.run("strangers", strangers::check);
     report.run("tests", || run_cargo(&["test", "--workspace"]));
 }
 

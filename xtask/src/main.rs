@@ -11,6 +11,7 @@
 //! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
 //! | [`mod@vcan`] | the HIL suite over SocketCAN, on this kernel or one of its own |
+//! | [`strangers`] | other people's tools against our programs |
 //! | [`ci`] | every check above, the build, the main job and the tests |
 //!
 //! A command runs all of its checks, whatever fails on the way, and prints the failures last, one
@@ -26,6 +27,7 @@ mod lint;
 mod no_std;
 mod report;
 mod shell;
+mod strangers;
 mod text;
 #[cfg(target_os = "linux")]
 mod vcan;
@@ -89,6 +91,8 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Run python-canopen, python-can and cantools against our programs (fetched; needs Python)
+    Strangers,
     /// Run everything CI runs, in its order
     Ci,
 }
@@ -110,6 +114,7 @@ fn main() -> ExitCode {
         }
         #[cfg(target_os = "linux")]
         Task::Vcan { arguments } => report.run("vcan", || vcan::run(&arguments)),
+        Task::Strangers => report.run("strangers", strangers::check),
         Task::Ci => ci::run_all(&mut report),
     }
     report.finish()

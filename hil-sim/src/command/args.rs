@@ -2,6 +2,7 @@
 
 use bus::spec::{Place, SpecError};
 use clap::Parser;
+use hil_sim::drive::quirk::{Quirk, Quirks};
 use process::End;
 use robots::RobotKind;
 use std::ffi::OsString;
@@ -39,6 +40,11 @@ struct Raw {
     /// Seed of everything random: where the motors stand at the start, switches that bounce
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// What the drives do otherwise than the book: slow-boot, slow-answers, homing-never-reached,
+    /// no-interpolation-period, tight-sync, homes-itself, emergency-before-boot-up, short-pdo,
+    /// flickering-fault
+    #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
+    quirk: Vec<Quirk>,
     /// JSON lines on stdout: `ready`, `late` as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -53,6 +59,8 @@ pub(crate) struct Args {
     pub(crate) place: Place,
     /// Seed of everything random.
     pub(crate) seed: u64,
+    /// What the drives do otherwise than the book.
+    pub(crate) quirks: Quirks,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -98,7 +106,16 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         robots,
         place,
         seed: raw.seed,
+        quirks: raw.quirk.into_iter().fold(Quirks::default(), Quirks::with),
         json: raw.json,
+    })
+}
+
+/// A quirk by its name.
+fn quirk(text: &str) -> Result<Quirk, String> {
+    Quirk::from_name(text).ok_or_else(|| {
+        let names = Quirk::ALL.map(Quirk::name);
+        format!("expected {}", names.join(" or "))
     })
 }
 
@@ -154,6 +171,7 @@ mod tests {
             "mrroc-hil-sim irp6-track irp6-postument --bus hub --effector 5,5",
             "mrroc-hil-sim irp6-track --bus hub --effector 0",
             "mrroc-hil-sim irp6-track --bus hub --seed x",
+            "mrroc-hil-sim irp6-track --bus hub --quirk lazy",
         ] {
             let end = of(text).unwrap_err();
             assert_eq!(end.code, exit::USAGE, "{text}");

@@ -3,10 +3,11 @@
 mod check;
 
 use protocol::canopen::node::NodeId;
-use protocol::canopen::objects::{self, Access, COUNT, DataType, Initial, TABLE, index};
-use protocol::canopen::sdo::{Abort, Address, ObjectAccess};
+use protocol::canopen::objects::{self, Access, COUNT, DataType, Initial, Mappable, TABLE, index};
+use protocol::canopen::sdo::{Abort, Address, CAPACITY, ObjectAccess};
 
 use super::parameters::DriveParameters;
+use super::quirk::Quirk;
 
 /// "save", little-endian: the signature object 1010 wants.
 const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -25,6 +26,10 @@ pub(crate) struct Dictionary {
     pub(crate) energised: bool,
     /// Was an object written since [`Self::take_written`]?
     written: Option<Address>,
+    /// [`super::quirk::Quirk::NoInterpolationPeriod`].
+    without_interpolation: bool,
+    /// Object 2000: now and stored.
+    note: [Vec<u8>; 2],
 }
 
 impl Dictionary {
@@ -47,6 +52,12 @@ impl Dictionary {
             ((index::FEED_CONSTANT, 1), drive.increments_per_turn * 1000),
             // ASSUMED: 200 and 500 rad/s² to slow down and to stop quickly, 100 rad/s² in homing;
             // 15 and 3.5 rad/s are MRROC++'s synchronisation speeds.
+            (
+                (index::MAX_PROFILE_VELOCITY, 0),
+                saturate(drive.max_speed_rad_s() * units),
+            ),
+            ((index::PROFILE_VELOCITY, 0), saturate(50.0 * units)),
+            ((index::PROFILE_ACCELERATION, 0), saturate(200.0 * units)),
             ((index::PROFILE_DECELERATION, 0), saturate(200.0 * units)),
             ((index::QUICK_STOP_DECELERATION, 0), saturate(500.0 * units)),
             ((index::HOMING_ACCELERATION, 0), saturate(100.0 * units)),
@@ -66,12 +77,43 @@ impl Dictionary {
             defaults,
             energised: false,
             written: None,
+            without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
+            note: [Vec::new(), Vec::new()],
         }
+    }
+
+    /// The node identifier changed from `from` to `to`: defaults that contain it change with it.
+    pub(crate) fn set_node(&mut self, from: NodeId, to: NodeId) {
+        for (place, object) in TABLE.iter().enumerate() {
+            let Initial::PlusNode(base) = object.initial else {
+                continue;
+            };
+            let (old, new) = (base + u32::from(from.get()), base + u32::from(to.get()));
+            self.defaults[place] = new;
+            for value in [&mut self.stored[place], &mut self.values[place]] {
+                if *value == old {
+                    *value = new;
+                }
+            }
+        }
+    }
+
+    /// The default of each object, as this drive has it.
+    pub(crate) fn default_of(&self, object: &objects::Object) -> Option<i64> {
+        let place = objects::find(object.at)?;
+        let raw = *self.defaults.get(place)?;
+        Some(if object.data_type.is_signed() {
+            i64::from(raw.cast_signed())
+        } else {
+            i64::from(raw)
+        })
     }
 
     /// Back to the stored values: what a reset of the device does.
     pub(crate) fn reset(&mut self) {
         self.values.clone_from(&self.stored);
+        let [now, stored] = &mut self.note;
+        now.clone_from(stored);
         self.energised = false;
         self.written = None;
     }
@@ -120,14 +162,19 @@ impl Dictionary {
         }
     }
 
-    fn text(place: usize) -> Option<&'static str> {
+    fn text(&self, place: usize) -> Option<&[u8]> {
+        let [note, _] = &self.note;
         match TABLE[place].initial {
-            Initial::Text(text) => Some(text),
+            Initial::Text(_) if TABLE[place].at.index == index::NOTE => Some(note),
+            Initial::Text(text) => Some(text.as_bytes()),
             Initial::Number(_) | Initial::PlusNode(_) => None,
         }
     }
 
-    fn place(at: Address) -> Result<usize, Abort> {
+    fn place(&self, at: Address) -> Result<usize, Abort> {
+        if self.without_interpolation && at.index == index::INTERPOLATION_PERIOD {
+            return Err(Abort::NoObject);
+        }
         objects::find(at).ok_or(if objects::has_index(at.index) {
             Abort::NoSubIndex
         } else {
@@ -137,9 +184,17 @@ impl Dictionary {
 
     fn store(&mut self, at: Address, value: u32) -> Result<bool, Abort> {
         match (at.index, at.sub) {
-            (0x1010, 1) if value == SAVE => self.stored.clone_from(&self.values),
-            (0x1011, 1) if value == LOAD => self.stored.clone_from(&self.defaults),
-            (0x1010 | 0x1011, 1) => return Err(Abort::Storage),
+            (index::STORE, 1) if value == SAVE => {
+                self.stored.clone_from(&self.values);
+                let [now, stored] = &mut self.note;
+                stored.clone_from(now);
+            }
+            (index::RESTORE, 1) if value == LOAD => {
+                self.stored.clone_from(&self.defaults);
+                let [_, stored] = &mut self.note;
+                stored.clear();
+            }
+            (index::STORE | index::RESTORE, 1) => return Err(Abort::Storage),
             _ => return Ok(false),
         }
         Ok(true)
@@ -148,17 +203,21 @@ impl Dictionary {
 
 impl ObjectAccess for Dictionary {
     fn len(&self, at: Address) -> Result<usize, Abort> {
-        let place = Self::place(at)?;
-        let text = Self::text(place).map_or(0, str::len);
+        let place = self.place(at)?;
+        let text = self.text(place).map_or(0, <[u8]>::len);
         Ok(TABLE[place].data_type.size().unwrap_or(text))
     }
 
     fn read(&self, at: Address, into: &mut [u8]) -> Result<usize, Abort> {
-        let place = Self::place(at)?;
+        let place = self.place(at)?;
+        if at.index == index::ERROR_HISTORY && u32::from(at.sub) > self.at(at.index, 0) {
+            // so many errors have not happened
+            return Err(Abort::NoData);
+        }
         let bytes = self.values[place].to_le_bytes();
-        let value = match (TABLE[place].data_type.size(), Self::text(place)) {
+        let value = match (TABLE[place].data_type.size(), self.text(place)) {
             (Some(size), _) => &bytes[..size],
-            (None, text) => text.unwrap_or_default().as_bytes(),
+            (None, text) => text.unwrap_or_default(),
         };
         into.get_mut(..value.len())
             .ok_or(Abort::Memory)?
@@ -167,13 +226,20 @@ impl ObjectAccess for Dictionary {
     }
 
     fn write(&mut self, at: Address, data: &[u8]) -> Result<(), Abort> {
-        let place = Self::place(at)?;
+        let place = self.place(at)?;
         let object = &TABLE[place];
         match object.access {
             Access::Write => {}
             Access::Constant | Access::Read => return Err(Abort::ReadOnly),
         }
-        let size = object.data_type.size().ok_or(Abort::Access)?;
+        let Some(size) = object.data_type.size() else {
+            if data.len() > CAPACITY {
+                return Err(Abort::TooLong);
+            }
+            let [note, _] = &mut self.note;
+            *note = data.to_vec();
+            return Ok(());
+        };
         if data.len() > size {
             return Err(Abort::TooLong);
         }
@@ -199,9 +265,23 @@ impl ObjectAccess for Dictionary {
         }
         check::value(self, at, value)?;
         self.values[place] = value;
+        if is_configuration(object) {
+            for sub in [1, 2] {
+                self.values[objects::slot(index::VERIFY_CONFIGURATION, sub)] = 0;
+            }
+        }
         self.written = Some(at);
         Ok(())
     }
+}
+
+/// Does writing it make another configuration than object 1020 tells of? What can be a set-point does not.
+const fn is_configuration(object: &objects::Object) -> bool {
+    let tells = matches!(
+        object.at.index,
+        index::ERROR_HISTORY | index::STORE | index::RESTORE | index::VERIFY_CONFIGURATION
+    );
+    !tells && matches!(object.mappable, Mappable::No)
 }
 
 /// Sign-extends a value of the object's type to 32 bits.

@@ -1,14 +1,61 @@
-//! Homing inside the drive: mode 6 with methods 5, 33, 34, 35 and 37.
+//! Homing inside the drive: mode 6 with methods 1, 2, 5, 17, 18, 33, 34, 35 and 37.
 //!
 //! ```text
-//! method 5:  Switch ──home active──▶ Release ──home inactive──▶ Index ──pulse──▶ Stopping ─▶ Done
-//!            (negative, fast)        (positive, slow)           (positive, slow)
-//! 33, 34:                                                       Index (either direction)
-//! 35, 37:                                                                                    Done
+//! 1, 2, 5:  Seek ──switch──▶ Release ──no switch──▶ Index ──pulse──▶ Stopping ─▶ Done
+//! 17, 18:   Seek ──switch──▶ Release ──no switch───────────────────▶ Stopping ─▶ Done
+//!           (fast, towards)  (slow, away)           (slow, away)
+//! 33, 34:                                           Index (either direction)
+//! 35, 37:                                                                        Done
 //! any phase that cannot end: Failed
 //! ```
 
 use protocol::canopen::cia402::HomingMethod;
+
+/// The switch a method goes for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Switch {
+    /// The home switch, at the negative side.
+    Home,
+    /// The negative limit switch.
+    NegativeLimit,
+    /// The positive limit switch.
+    PositiveLimit,
+}
+
+impl Switch {
+    /// Does it lie in negative direction?
+    const fn is_negative(self) -> bool {
+        match self {
+            Self::Home | Self::NegativeLimit => true,
+            Self::PositiveLimit => false,
+        }
+    }
+
+    const fn level(self, view: &View) -> bool {
+        match self {
+            Self::Home => view.home,
+            Self::NegativeLimit => view.negative_limit,
+            Self::PositiveLimit => view.positive_limit,
+        }
+    }
+
+    /// Is the way towards it blocked by another switch?
+    const fn blocked(self, view: &View) -> bool {
+        match self {
+            Self::Home => view.negative_limit,
+            Self::NegativeLimit | Self::PositiveLimit => false,
+        }
+    }
+
+    /// Is the way back from it blocked?
+    const fn blocked_back(self, view: &View) -> bool {
+        if self.is_negative() {
+            view.positive_limit
+        } else {
+            view.negative_limit
+        }
+    }
+}
 
 /// Where homing is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,10 +63,10 @@ pub(crate) enum Homing {
     /// Not started since the mode was chosen.
     #[default]
     Idle,
-    /// Seeking the switch.
-    Switch,
+    /// Seeking the switch; afterwards the index, or not.
+    Seek { switch: Switch, index: bool },
     /// Backing off until the switch releases.
-    Release,
+    Release { switch: Switch, index: bool },
     /// Seeking the index; `since` is the count where the search began.
     Index { negative: bool, since: i64 },
     /// Found at the count: stopping.
@@ -62,67 +109,64 @@ pub(crate) struct View {
 impl Homing {
     /// Starts (rising edge of controlword bit 4).
     pub(crate) const fn start(method: HomingMethod, view: &View) -> (Self, Want) {
-        let since = view.count;
         match method {
-            HomingMethod::NegativeSwitchAndIndex if view.home => (
-                Self::Release,
-                Want::Move {
-                    fast: false,
-                    negative: false,
-                },
-            ),
-            HomingMethod::NegativeSwitchAndIndex => (
-                Self::Switch,
-                Want::Move {
-                    fast: true,
-                    negative: true,
-                },
-            ),
-            HomingMethod::IndexNegative => {
-                let negative = true;
-                (
-                    Self::Index { negative, since },
-                    Want::Move {
-                        fast: false,
-                        negative,
-                    },
-                )
-            }
-            HomingMethod::IndexPositive => {
-                let negative = false;
-                (
-                    Self::Index { negative, since },
-                    Want::Move {
-                        fast: false,
-                        negative,
-                    },
-                )
-            }
+            HomingMethod::NegativeSwitchAndIndex => Self::seek(Switch::Home, true, view),
+            HomingMethod::NegativeLimitAndIndex => Self::seek(Switch::NegativeLimit, true, view),
+            HomingMethod::PositiveLimitAndIndex => Self::seek(Switch::PositiveLimit, true, view),
+            HomingMethod::NegativeLimit => Self::seek(Switch::NegativeLimit, false, view),
+            HomingMethod::PositiveLimit => Self::seek(Switch::PositiveLimit, false, view),
+            HomingMethod::IndexNegative => Self::seek_index(true, view),
+            HomingMethod::IndexPositive => Self::seek_index(false, view),
             HomingMethod::PresentPositionOld | HomingMethod::PresentPosition => {
                 (Self::Done, Want::Home(view.count))
             }
         }
     }
 
+    const fn seek(switch: Switch, index: bool, view: &View) -> (Self, Want) {
+        if switch.level(view) {
+            return Self::release(switch, index);
+        }
+        let want = Want::Move {
+            fast: true,
+            negative: switch.is_negative(),
+        };
+        (Self::Seek { switch, index }, want)
+    }
+
+    const fn release(switch: Switch, index: bool) -> (Self, Want) {
+        let want = Want::Move {
+            fast: false,
+            negative: !switch.is_negative(),
+        };
+        (Self::Release { switch, index }, want)
+    }
+
+    const fn seek_index(negative: bool, view: &View) -> (Self, Want) {
+        let want = Want::Move {
+            fast: false,
+            negative,
+        };
+        let since = view.count;
+        (Self::Index { negative, since }, want)
+    }
+
     /// One substep.
     pub(crate) const fn step(self, view: &View) -> (Self, Want) {
         match self {
-            Self::Switch if view.home => (
-                Self::Release,
-                Want::Move {
-                    fast: false,
-                    negative: false,
-                },
-            ),
-            Self::Switch if view.negative_limit => (Self::Failed, Want::Stop),
-            Self::Release if !view.home => (
-                Self::Index {
-                    negative: false,
-                    since: view.count,
-                },
-                Want::Nothing,
-            ),
-            Self::Release if view.positive_limit => (Self::Failed, Want::Stop),
+            Self::Seek { switch, index } if switch.level(view) => Self::release(switch, index),
+            Self::Seek { switch, .. } if switch.blocked(view) => (Self::Failed, Want::Stop),
+            Self::Release { switch, index } if !switch.level(view) => {
+                if index {
+                    // on in the same direction
+                    let negative = !switch.is_negative();
+                    let since = view.count;
+                    (Self::Index { negative, since }, Want::Nothing)
+                } else {
+                    (Self::Stopping { at: view.count }, Want::Stop)
+                }
+            }
+            Self::Release { switch, .. } if switch.blocked_back(view) => (Self::Failed, Want::Stop),
             Self::Index { negative, since } => {
                 if let Some(at) = view.index {
                     return (Self::Stopping { at }, Want::Stop);
@@ -142,8 +186,8 @@ impl Homing {
             }
             Self::Stopping { at } if view.stands => (Self::Done, Want::Home(at)),
             Self::Idle
-            | Self::Switch
-            | Self::Release
+            | Self::Seek { .. }
+            | Self::Release { .. }
             | Self::Stopping { .. }
             | Self::Done
             | Self::Failed => (self, Want::Nothing),
@@ -153,7 +197,10 @@ impl Homing {
     /// Is a search under way?
     pub(crate) const fn is_running(self) -> bool {
         match self {
-            Self::Switch | Self::Release | Self::Index { .. } | Self::Stopping { .. } => true,
+            Self::Seek { .. }
+            | Self::Release { .. }
+            | Self::Index { .. }
+            | Self::Stopping { .. } => true,
             Self::Idle | Self::Done | Self::Failed => false,
         }
     }

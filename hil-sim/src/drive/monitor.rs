@@ -55,6 +55,7 @@ impl SimDrive {
                 self.connection_lost(ErrorCode::SYNC_LOST);
             }
         }
+        self.watch_tightly();
         let over = self.sensed.current_a.abs() > self.p.over_current_a;
         if over {
             let since = *self.over_current_since_ns.get_or_insert(self.now_ns);
@@ -70,7 +71,9 @@ impl SimDrive {
     fn watch_following(&mut self) {
         let (window, timeout) = self.following_window;
         let error = match self.servo.setpoint() {
-            Setpoint::Line { .. } => self.demand_rad() - self.scale.rad(self.sensed.count),
+            Setpoint::Line { .. } | Setpoint::Profile(_) => {
+                self.demand_rad() - self.scale.rad(self.sensed.count)
+            }
             Setpoint::Free
             | Setpoint::Speed { .. }
             | Setpoint::Torque { .. }
@@ -109,20 +112,24 @@ impl SimDrive {
     pub(super) fn report(&mut self, code: ErrorCode) {
         self.errors.code = code;
         self.errors.register.0 |= code.register().0;
-        let count = self.od.get(slots::ERROR_COUNT);
-        for place in (0..3).rev() {
-            let older = self.od.get(slots::ERROR_NEWEST + place);
-            self.od.set(slots::ERROR_NEWEST + place + 1, older);
-        }
-        self.od.set(slots::ERROR_NEWEST, u32::from(code.0));
-        self.od
-            .set(slots::ERROR_COUNT, if count < 4 { count + 1 } else { 4 });
+        self.history.push(code, 0);
+        self.publish_history();
         let register = self.errors.register;
         self.announce(Emergency {
             code,
             register,
             detail: [0; 5],
         });
+    }
+
+    /// Writes the errors that happened into object 1003.
+    pub(super) fn publish_history(&mut self) {
+        self.od
+            .set(slots::ERROR_COUNT, u32::from(self.history.len()));
+        for (place, sub) in (0..4).zip(1..) {
+            let error = self.history.get(sub).unwrap_or(0);
+            self.od.set(slots::ERROR_NEWEST + place, error);
+        }
     }
 
     /// The node is lost (object 6007 says what to do), or left us on purpose (`NONE`).

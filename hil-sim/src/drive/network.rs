@@ -2,18 +2,22 @@
 
 use protocol::canopen::cia402::Event;
 use protocol::canopen::emcy::ErrorCode;
-use protocol::canopen::nmt::{self, Heard, HeartbeatConsumer, HeartbeatProducer, State};
+use protocol::canopen::lss;
+use protocol::canopen::nmt::{
+    self, ErrorBehaviour, Heard, HeartbeatConsumer, HeartbeatProducer, State,
+};
 use protocol::canopen::node::{Function, NodeId, frame};
 use protocol::canopen::objects::{self, index};
 use protocol::canopen::pdo::{
     Communication, Entry, Mapping, Payload, Received, Rpdo, Tpdo, Transmission,
 };
-use protocol::canopen::sdo::Address;
-use protocol::canopen::sync;
+use protocol::canopen::sdo::{Address, MAX_BLOCK};
+use protocol::canopen::sync::{self, Consumed, Sync};
 use protocol::frame::Frame;
 use protocol::time::Micros;
 
 use super::parameters::MS;
+use super::quirk::Quirk;
 use super::{SimDrive, slots};
 
 /// Nanoseconds as bus time.
@@ -25,8 +29,11 @@ impl SimDrive {
     /// A frame this drive listens to.
     pub(super) fn take(&mut self, cob: u16, frame: &Frame) {
         if cob == self.sync_cob {
-            if self.nmt == State::Operational && sync::decode(cob, frame).is_some() {
-                self.on_sync();
+            let overflow = u8::try_from(self.od.get(slots::SYNC_OVERFLOW)).unwrap_or(0);
+            match sync::consume(cob, overflow, frame) {
+                Some(Consumed::Sync(sync)) if self.nmt == State::Operational => self.on_sync(sync),
+                Some(Consumed::Length) => self.report(ErrorCode::SYNC_LENGTH),
+                Some(Consumed::Sync(_)) | None => {}
             }
             return;
         }
@@ -36,6 +43,10 @@ impl SimDrive {
             {
                 self.on_nmt(command);
             }
+            return;
+        }
+        if cob == lss::MASTER_COB {
+            self.on_lss(frame.data());
             return;
         }
         if cob == self.node.cob(Function::SdoRequest) {
@@ -60,7 +71,16 @@ impl SimDrive {
         let before = self.nmt;
         self.nmt = before.on(command);
         match self.nmt {
-            State::Initialising => self.restart(),
+            State::Initialising => {
+                match command {
+                    nmt::Command::ResetNode => self.lss.restart(),
+                    nmt::Command::ResetCommunication
+                    | nmt::Command::Start
+                    | nmt::Command::Stop
+                    | nmt::Command::EnterPreOperational => self.lss.reset(),
+                }
+                self.restart();
+            }
             State::Stopped | State::PreOperational if before == State::Operational => {
                 self.connection_lost(ErrorCode::NONE);
                 self.rest_pdos();
@@ -68,16 +88,6 @@ impl SimDrive {
             State::Operational if before != State::Operational => self.rest_pdos(),
             State::Stopped | State::PreOperational | State::Operational => {}
         }
-    }
-
-    /// Reset: everything but the encoder's counter starts again, and the axis is let go.
-    fn restart(&mut self) {
-        self.boot_at_ns = self.now_ns + self.p.boot_ns;
-        self.od.reset();
-        self.server.reset();
-        self.answer = None;
-        self.let_go();
-        self.configure();
     }
 
     fn rest_pdos(&mut self) {
@@ -101,20 +111,30 @@ impl SimDrive {
             self.on_written(at);
         }
         if let Some(answer) = answer {
-            if self.p.sdo_ns == 0 {
+            if self.answer_ns() == 0 {
                 self.send(self.node.cob(Function::SdoAnswer), answer);
             } else {
-                self.answer = Some((self.now_ns + self.p.sdo_ns, answer));
+                self.answer = Some((self.now_ns + self.answer_ns(), answer));
             }
+        }
+        for _ in 0..MAX_BLOCK {
+            let Some(segment) = self.server.next_segment() else {
+                break;
+            };
+            self.send(self.node.cob(Function::SdoAnswer), segment);
         }
     }
 
-    fn send(&mut self, cob: u16, bytes: [u8; 8]) {
+    pub(super) fn send(&mut self, cob: u16, bytes: [u8; 8]) {
         self.outbox.push(frame(cob, bytes));
     }
 
     fn on_written(&mut self, at: Address) {
         match at.index {
+            index::ERROR_HISTORY => {
+                self.history.clear();
+                self.publish_history();
+            }
             0x1000..=0x1FFF => self.configure(),
             index::CONTROLWORD => self.on_controlword(),
             index::TOUCH_PROBE => self.on_probe_function(),
@@ -125,8 +145,15 @@ impl SimDrive {
     }
 
     fn on_rpdo(&mut self, cob: u16, data: &[u8]) {
+        // object 1007: a synchronous PDO that comes too late after SYNC does not count
+        let window_ns = u64::from(self.od.get(slots::SYNC_WINDOW)) * 1000;
+        let late = window_ns > 0
+            && self
+                .last_sync_ns
+                .is_some_and(|sync| self.now_ns - sync > window_ns);
         for number in 0..self.rpdo.len() {
-            if self.rpdo[number].communication().cob != cob {
+            let communication = self.rpdo[number].communication();
+            if communication.cob != cob || late && communication.transmission.is_synchronous() {
                 continue;
             }
             match self.rpdo[number].on_data(micros(self.now_ns), data) {
@@ -159,7 +186,7 @@ impl SimDrive {
     }
 
     /// Latches the targets, samples the actual values, sends the synchronous PDOs.
-    fn on_sync(&mut self) {
+    fn on_sync(&mut self, sync: Sync) {
         self.last_sync_ns = Some(self.now_ns);
         let mut fresh = false;
         for number in 0..self.rpdo.len() {
@@ -177,16 +204,19 @@ impl SimDrive {
             self.missed = self.missed.saturating_add(1);
         }
         self.follow(fresh);
+        self.whims.flicker = !self.whims.flicker;
         self.od
             .set(slots::STATUSWORD, u32::from(self.statusword().0));
+        let short = self.p.quirks.has(Quirk::ShortPdo);
         for number in 0..self.tpdo.len() {
             let tpdo = &mut self.tpdo[number];
             if !tpdo.communication().enabled || tpdo.is_event_driven() {
                 continue;
             }
             let payload = pack(&self.od, tpdo.mapping());
-            if tpdo.on_sync(micros(self.now_ns), payload) {
+            if tpdo.on_sync(micros(self.now_ns), sync, payload) {
                 let cob = tpdo.communication().cob;
+                let payload = if short { payload.shortened() } else { payload };
                 self.outbox.push(payload.frame(cob));
             }
         }
@@ -202,6 +232,7 @@ impl SimDrive {
                 return;
             }
             self.nmt = State::PreOperational;
+            self.before_boot_up();
             self.outbox
                 .push(nmt::heartbeat_frame(self.node, State::Initialising));
             self.transition(Event::Booted);
@@ -215,13 +246,9 @@ impl SimDrive {
             .as_mut()
             .and_then(|consumer| consumer.poll(now))
         {
-            self.connection_lost(ErrorCode::HEARTBEAT);
-            self.nmt = match self.od.get(slots::ERROR_BEHAVIOUR) {
-                0 if self.nmt == State::Operational => State::PreOperational,
-                2 => State::Stopped,
-                _ => self.nmt,
-            };
+            self.communication_failed(ErrorCode::HEARTBEAT);
         }
+        self.send_emergencies();
         if let Some(abort) = self.server.poll(now) {
             self.send(self.node.cob(Function::SdoAnswer), abort);
         }
@@ -236,9 +263,17 @@ impl SimDrive {
         }
     }
 
+    /// A communication error of CiA 301: the axis stops by 6007, the NMT state follows 1029.
+    fn communication_failed(&mut self, code: ErrorCode) {
+        self.connection_lost(code);
+        let behaviour = u8::try_from(self.od.get(slots::ERROR_BEHAVIOUR)).ok();
+        let behaviour = behaviour.and_then(ErrorBehaviour::from_code);
+        self.nmt = behaviour.unwrap_or_default().after(self.nmt);
+    }
+
     fn send_events(&mut self, now: Micros) {
         if self.rpdo.iter_mut().any(|rpdo| rpdo.timed_out(now)) {
-            self.connection_lost(ErrorCode::RPDO_TIMEOUT);
+            self.communication_failed(ErrorCode::RPDO_TIMEOUT);
         }
         if !self.tpdo.iter().any(Tpdo::is_event_driven) {
             return;
@@ -282,6 +317,8 @@ impl SimDrive {
         }
         let [low, high, ..] = self.od.get(slots::SYNC_COB).to_le_bytes();
         self.sync_cob = u16::from_le_bytes([low, high]) & 0x7FF;
+        self.emergencies
+            .set_inhibit(u16::try_from(self.od.get(slots::EMERGENCY_INHIBIT)).unwrap_or(0));
         self.configure_motion();
         self.listen();
         self.poll_at_ns = 0;
@@ -300,6 +337,7 @@ impl SimDrive {
                 .unwrap_or(Transmission::SyncAcyclic),
             inhibit_100us: half(3),
             event_ms: half(5),
+            sync_start: u8::try_from(self.od.at(communication, 6)).unwrap_or(0),
         };
         let count = self.od.at(mapping, 0);
         let entries: Vec<Entry> = (1..=8)
@@ -321,7 +359,12 @@ impl SimDrive {
             .consumer
             .map(|consumer| consumer.node().cob(Function::Heartbeat));
         let own = [nmt::COB, self.sync_cob, self.node.cob(Function::SdoRequest)];
-        for cob in own.into_iter().chain(rpdos).chain(watched) {
+        let configured = own.into_iter().chain(rpdos).chain(watched);
+        let alone = self.lss.active().is_none();
+        for cob in configured
+            .filter(|_| !alone)
+            .chain([lss::MASTER_COB, nmt::COB])
+        {
             self.accept[usize::from(cob >> 6) & 31] |= 1 << (cob & 63);
         }
     }

@@ -11,6 +11,7 @@ use protocol::canopen::nmt::State;
 use protocol::units::{modulo, nearest};
 
 use super::homing::{Homing, View, Want};
+use super::profile::Way;
 use super::servo::Offset;
 use super::{Errors, Scale, SimDrive, Stage, slots};
 
@@ -21,10 +22,8 @@ impl SimDrive {
     /// Reads the objects of the profile again.
     pub(super) fn configure_motion(&mut self) {
         let offset = self.scale.offset;
-        self.scale = Scale {
-            offset,
-            ..Scale::read(&self.od)
-        };
+        self.scale = Scale::read(&self.od);
+        self.scale.offset = offset;
         let code = |slot| i16::try_from(self.od.signed(slot)).unwrap_or(0);
         self.options = Options::from_codes(
             code(slots::QUICK_STOP_OPTION),
@@ -38,6 +37,9 @@ impl SimDrive {
         self.period_ns = u64::from(self.od.get(slots::CYCLE_PERIOD)) * 1000;
         let window = f64::from(self.od.get(slots::FOLLOWING_WINDOW)) / self.scale.units_per_rad;
         let timeout = u64::from(self.od.get(slots::FOLLOWING_TIMEOUT)) * super::parameters::MS;
+        // all ones: not watched
+        let watched = self.od.get(slots::FOLLOWING_WINDOW) != u32::MAX;
+        let window = if watched { window } else { f64::INFINITY };
         self.following_window = (window, timeout);
         self.limit_nm = f64::from(self.od.get(slots::MAX_TORQUE)) * self.scale.nm_per_mille;
         self.choose_mode();
@@ -52,7 +54,9 @@ impl SimDrive {
         }
         self.mode = mode;
         self.homing = Homing::Idle;
+        self.way = Way::default();
         self.missed = 0;
+        self.cut = false;
         if self.power == Power::Enabled {
             self.stand(Ramp::SlowDown);
         }
@@ -100,8 +104,15 @@ impl SimDrive {
         }
         self.halted = halt;
         self.choose_mode();
-        if self.mode == Mode::Homing && self.follows() {
-            self.home(word, before);
+        if let Stage::Opening(_) = self.stage {
+            // what begins with this edge begins when the brake is open
+            self.controlword.0 &= !Controlword::OPERATION_4;
+        }
+        match self.mode {
+            Mode::Homing if self.follows() => self.home(word, before),
+            Mode::Pp if self.follows() => self.ask(word, before),
+            Mode::None | Mode::Pp | Mode::Pv | Mode::Homing | Mode::Csp | Mode::Csv | Mode::Cst => {
+            }
         }
     }
 
@@ -167,7 +178,10 @@ impl SimDrive {
 
     /// Is the drive following set-points?
     pub(super) fn follows(&self) -> bool {
-        self.power == Power::Enabled && self.stage == Stage::On && !self.halted
+        self.power == Power::Enabled
+            && self.stage == Stage::On
+            && !self.halted
+            && !self.homes_itself()
     }
 
     /// Runs an event through the power state machine and does what it says.
@@ -180,11 +194,15 @@ impl SimDrive {
                 self.clear_errors();
                 self.stage = Stage::Opening(self.now_ns + self.p.enable_ns);
                 self.servo.jog(0.0, HOLD_RAMP);
+                self.way = Way::default();
                 self.missed = 0;
                 (self.over_current_since_ns, self.following_since_ns) = (None, None);
             }
             Action::Resume => self.missed = 0,
-            Action::Ramp(ramp) => self.stand(ramp),
+            Action::Ramp(ramp) => {
+                self.way = Way::default();
+                self.stand(ramp);
+            }
             Action::SwitchOff => {
                 if self.stage != Stage::Off {
                     self.stage = Stage::Closing(self.now_ns + self.p.brake_close_ns);
@@ -197,6 +215,7 @@ impl SimDrive {
 
     fn coast(&mut self) {
         self.stage = Stage::Off;
+        self.end_by_itself();
         self.servo.free();
         self.offset = Offset::default();
     }
@@ -208,6 +227,7 @@ impl SimDrive {
         self.controlword = Controlword::default();
         self.mode = Mode::None;
         self.homing = Homing::Idle;
+        self.way = Way::default();
         self.halted = false;
         self.errors = Errors::default();
         self.last_sync_ns = None;
@@ -219,7 +239,13 @@ impl SimDrive {
     #[inline]
     pub(super) fn operate(&mut self) {
         match self.stage {
-            Stage::Opening(until) if self.now_ns >= until => self.stage = Stage::On,
+            Stage::Opening(until) if self.now_ns >= until => {
+                self.stage = Stage::On;
+                self.begin_by_itself();
+                if !self.mode.is_cyclic() {
+                    self.on_controlword();
+                }
+            }
             Stage::Closing(until) if self.now_ns >= until => {
                 self.coast();
                 self.od.energised = false;
@@ -237,6 +263,12 @@ impl SimDrive {
                 self.homing = homing;
                 self.obey(want);
             }
+            Power::Enabled if self.homes_itself() => {
+                if self.sensed.index.is_some() {
+                    self.end_by_itself();
+                }
+            }
+            Power::Enabled if self.follows() => self.make_way(),
             Power::NotReady
             | Power::Disabled
             | Power::Ready
@@ -275,8 +307,9 @@ impl SimDrive {
             }
             Mode::Csv => {
                 let wanted = f64::from(self.od.signed(slots::TARGET_VELOCITY)) / units;
-                let speed = wanted.clamp(-most, most);
-                self.cut = wanted.abs() > most;
+                let over = self.runs_over(wanted);
+                let speed = if over { 0.0 } else { wanted.clamp(-most, most) };
+                self.cut = over || wanted.abs() > most;
                 self.servo.speed(speed);
             }
             Mode::Cst => {
@@ -286,7 +319,7 @@ impl SimDrive {
                 self.cut = velocity.abs() > most && velocity * wanted > 0.0;
                 self.servo.torque(if self.cut { 0.0 } else { wanted });
             }
-            Mode::None | Mode::Homing => {}
+            Mode::None | Mode::Pp | Mode::Pv | Mode::Homing => {}
         }
     }
 
@@ -294,15 +327,13 @@ impl SimDrive {
     fn target(&self) -> (i64, bool) {
         let wanted = i64::from(self.od.signed(slots::TARGET_POSITION))
             + i64::from(self.od.signed(slots::POSITION_OFFSET));
-        let low = i64::from(self.od.signed(slots::SOFT_LIMIT_LOW));
-        let high = i64::from(self.od.signed(slots::SOFT_LIMIT_HIGH));
-        if low >= high {
+        let low = self.od.signed(slots::SOFT_LIMIT_LOW);
+        if low >= self.od.signed(slots::SOFT_LIMIT_HIGH) {
             // without limits the drive counts on, and its 32 bits are modulo
             let near = nearest(modulo(wanted), self.position_units());
             return (near, false);
         }
-        let target = wanted.clamp(low, high);
-        (target, target != wanted)
+        self.within_soft_limits(wanted)
     }
 
     pub(super) fn on_probe_function(&mut self) {
@@ -331,16 +362,25 @@ impl SimDrive {
         self.announce(Emergency::default());
     }
 
-    /// Sends an emergency, unless object 1014 switches it off.
+    /// Sends an emergency, unless object 1014 switches it off; not before the inhibit time (1015).
     pub(super) fn announce(&mut self, emergency: Emergency) {
-        let cob = self.od.get(slots::EMERGENCY_COB);
         match self.nmt {
-            State::PreOperational | State::Operational if cob >> 31 == 0 => {
-                let [low, high, ..] = cob.to_le_bytes();
-                self.outbox
-                    .push(emergency.frame_on(u16::from_le_bytes([low, high]) & 0x7FF));
+            State::PreOperational | State::Operational
+                if self.od.get(slots::EMERGENCY_COB) >> 31 == 0 =>
+            {
+                self.emergencies.push(emergency);
+                self.send_emergencies();
             }
             State::Initialising | State::Stopped | State::PreOperational | State::Operational => {}
+        }
+    }
+
+    /// Sends the emergencies that may go.
+    pub(super) fn send_emergencies(&mut self) {
+        let [low, high, ..] = self.od.get(slots::EMERGENCY_COB).to_le_bytes();
+        let cob = u16::from_le_bytes([low, high]) & 0x7FF;
+        while let Some(emergency) = self.emergencies.due(super::network::micros(self.now_ns)) {
+            self.outbox.push(emergency.frame_on(cob));
         }
     }
 

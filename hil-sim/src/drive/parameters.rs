@@ -1,6 +1,7 @@
 //! What a drive is commissioned with: motor data, loop bandwidths, delays.
 
 use super::super::plant::parameters::units_per_rad;
+use super::quirk::Quirks;
 
 /// Milliseconds in nanoseconds.
 pub const MS: u64 = 1_000_000;
@@ -43,6 +44,8 @@ pub struct DriveParameters {
     pub sdo_ns: u64,
     /// Serial number (object 1018:4).
     pub serial: u32,
+    /// What it does otherwise than the book.
+    pub quirks: Quirks,
 }
 
 impl DriveParameters {
@@ -71,7 +74,14 @@ impl DriveParameters {
             brake_close_ns: 35 * MS,
             sdo_ns: 0,
             serial,
+            quirks: Quirks::default(),
         }
+    }
+
+    /// Greatest speed of the motor, rad/s.
+    #[must_use]
+    pub fn max_speed_rad_s(&self) -> f64 {
+        f64::from(self.max_speed_rpm) * core::f64::consts::TAU / 60.0
     }
 
     /// Drive units per motor radian with the default scaling.

@@ -25,12 +25,21 @@ impl SimDrive {
             Mode::Homing if enabled => {
                 set(
                     Statusword::TARGET_REACHED,
-                    !self.homing.is_running() && self.servo.stands(),
+                    !self.homing.is_running() && !self.homing_waits() && self.servo.stands(),
                 );
                 set(Statusword::FOLLOWS, self.homing == Homing::Done);
                 set(Statusword::DEVIATION, self.homing == Homing::Failed);
             }
-            Mode::Homing | Mode::None => {}
+            Mode::Pp if enabled => {
+                set(Statusword::TARGET_REACHED, self.has_reached());
+                set(Statusword::FOLLOWS, self.way.acknowledges());
+                set(Statusword::DEVIATION, self.following_since_ns.is_some());
+            }
+            Mode::Pv if enabled => {
+                set(Statusword::TARGET_REACHED, self.has_reached());
+                set(Statusword::FOLLOWS, self.is_slow());
+            }
+            Mode::Pp | Mode::Pv | Mode::Homing | Mode::None => {}
         }
         if self.halted && enabled {
             word |= if self.servo.stands() {
@@ -39,7 +48,7 @@ impl SimDrive {
                 0
             };
         }
-        Statusword(word)
+        self.spoilt(Statusword(word))
     }
 
     /// Writes the values the drive measures into the dictionary.
@@ -49,6 +58,8 @@ impl SimDrive {
         let torque = to_i32(self.sensed.current_a * self.torque_per_current() / scale.nm_per_mille);
         self.od.set_signed(slots::POSITION_ACTUAL, modulo(actual));
         self.od.set_signed(slots::TORQUE_ACTUAL, torque);
+        let demand = to_i32(self.servo.demand_rad_s() * scale.units_per_rad);
+        self.od.set_signed(slots::VELOCITY_DEMAND, demand);
         let velocity = to_i32(self.servo.velocity_rad_s() * scale.units_per_rad);
         self.od.set_signed(slots::VELOCITY_ACTUAL, velocity);
         self.od
@@ -93,7 +104,9 @@ impl SimDrive {
     /// The position reference, or the position where there is none.
     pub(super) fn demand_rad(&self) -> f64 {
         match self.servo.setpoint() {
-            Setpoint::Line { .. } | Setpoint::Jog { .. } => self.servo.reference_rad,
+            Setpoint::Line { .. } | Setpoint::Jog { .. } | Setpoint::Profile(_) => {
+                self.servo.reference_rad
+            }
             Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } => {
                 self.scale.rad(self.sensed.count)
             }

@@ -20,8 +20,46 @@ pub(crate) enum Setpoint {
     Speed { rad_s: f64 },
     /// cst: a torque.
     Torque { nm: f64 },
-    /// A velocity reached by a ramp, with position control: homing, stopping, standing.
+    /// A velocity reached by a ramp, with position control: homing, pv, stopping, standing.
     Jog { rad_s: f64, ramp_rad_s2: f64 },
+    /// pp: a trapezoid of velocity to a position.
+    Profile(Profile),
+}
+
+/// A way to a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Profile {
+    pub(crate) target_rad: f64,
+    pub(crate) rad_s: f64,
+    pub(crate) accelerate_rad_s2: f64,
+    pub(crate) decelerate_rad_s2: f64,
+}
+
+impl Profile {
+    /// The reference after `dt_s`, from position and velocity.
+    ///
+    /// The velocity v from which steps of −a·dt end at the target: d = v·dt + (v − a·dt)·dt + … =
+    /// v²/2a + v·dt/2, so v = −a·dt/2 + √((a·dt/2)² + 2·a·d).
+    fn step(&self, rad: f64, rad_s: f64, dt_s: f64) -> (f64, f64) {
+        let way = self.target_rad - rad;
+        let sign = if way < 0.0 { -1.0 } else { 1.0 };
+        let half = 0.5 * self.decelerate_rad_s2 * dt_s;
+        let braking = libm::sqrt(half * half + 2.0 * self.decelerate_rad_s2 * way.abs()) - half;
+        let most = self.rad_s.clamp(0.0, way.abs() / dt_s);
+        let wanted = sign * braking.clamp(0.0, most);
+        // away from the target is slowing down, too
+        let slower = wanted.abs() < rad_s.abs() || rad_s * sign < 0.0;
+        let change = if slower {
+            self.decelerate_rad_s2
+        } else {
+            self.accelerate_rad_s2
+        } * dt_s;
+        let next = rad_s + (wanted - rad_s).clamp(-change, change);
+        if way.abs() < 1e-9 && next.abs() <= change {
+            return (self.target_rad, 0.0);
+        }
+        (rad + next * dt_s, next)
+    }
 }
 
 /// The velocity below which the axis counts as standing, rad/s.
@@ -78,6 +116,11 @@ impl Servo {
         self.observer.rad_s
     }
 
+    /// The substep, s.
+    pub(crate) const fn dt_s(&self) -> f64 {
+        self.dt_s
+    }
+
     pub(crate) const fn setpoint(&self) -> Setpoint {
         self.setpoint
     }
@@ -114,6 +157,17 @@ impl Servo {
         self.setpoint = Setpoint::Jog { rad_s, ramp_rad_s2 };
     }
 
+    /// Goes to a position.
+    pub(crate) fn go(&mut self, profile: Profile) {
+        self.take_over(true);
+        self.setpoint = Setpoint::Profile(profile);
+    }
+
+    /// The velocity of the reference, rad/s.
+    pub(crate) const fn demand_rad_s(&self) -> f64 {
+        self.reference_rad_s
+    }
+
     /// Starts the position reference where the axis is, unless it is already followed.
     fn take_over(&mut self, keep_speed: bool) {
         match self.setpoint {
@@ -121,7 +175,7 @@ impl Servo {
                 self.reference_rad_s = slope_rad_s;
                 self.taken_over |= keep_speed;
             }
-            Setpoint::Jog { .. } => self.taken_over |= !keep_speed,
+            Setpoint::Jog { .. } | Setpoint::Profile(_) => self.taken_over |= !keep_speed,
             Setpoint::Free => {
                 self.reference_rad = self.observer.rad;
                 self.reference_rad_s = 0.0;
@@ -142,7 +196,7 @@ impl Servo {
     /// Does the axis stand, after a ramp to standstill?
     pub(crate) fn stands(&self) -> bool {
         let done = match self.setpoint {
-            Setpoint::Jog { .. } => self.reference_rad_s.abs() < 1e-9,
+            Setpoint::Jog { .. } | Setpoint::Profile(_) => self.reference_rad_s.abs() < 1e-9,
             Setpoint::Free
             | Setpoint::Line { .. }
             | Setpoint::Speed { .. }
@@ -175,6 +229,11 @@ impl Servo {
                 let most = ramp_rad_s2 * self.dt_s;
                 self.reference_rad_s += (rad_s - self.reference_rad_s).clamp(-most, most);
                 self.reference_rad += self.reference_rad_s * self.dt_s;
+                (self.position_loop(measured_rad, self.reference_rad_s), 0.0)
+            }
+            Setpoint::Profile(profile) => {
+                (self.reference_rad, self.reference_rad_s) =
+                    profile.step(self.reference_rad, self.reference_rad_s, self.dt_s);
                 (self.position_loop(measured_rad, self.reference_rad_s), 0.0)
             }
         };
@@ -236,4 +295,41 @@ pub(crate) struct Offset {
     pub(crate) rad_s: f64,
     /// Object 60B2.
     pub(crate) nm: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const DT: f64 = 0.000_25;
+
+    proptest! {
+        #[test]
+        fn a_profile_keeps_its_limits_and_ends_at_the_target(
+            target in -300.0..300.0_f64, start in -50.0..50.0_f64,
+            speed in 1.0..200.0_f64, up in 50.0..2000.0_f64, down in 50.0..2000.0_f64,
+        ) {
+            let profile = Profile { target_rad: target, rad_s: speed, accelerate_rad_s2: up, decelerate_rad_s2: down };
+            let (mut rad, mut rad_s) = (0.0, start);
+            let mut ended = false;
+            let steepest = if up > down { up } else { down };
+            // the slowest: 350 rad at 1 rad/s
+            for _ in 0..2_000_000 {
+                let before = rad_s;
+                (rad, rad_s) = profile.step(rad, rad_s, DT);
+                // 1e-9: rounding of one step
+                prop_assert!((rad_s - before).abs() <= steepest * DT + 1e-9, "{before} {rad_s}");
+                if start.abs() <= speed {
+                    prop_assert!(rad_s.abs() <= speed + 1e-9);
+                }
+                // the last step puts it there exactly
+                if rad.total_cmp(&target).is_eq() && rad_s.abs() < f64::MIN_POSITIVE {
+                    ended = true;
+                    break;
+                }
+            }
+            prop_assert!(ended, "{rad} {rad_s}");
+        }
+    }
 }

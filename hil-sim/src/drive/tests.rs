@@ -5,3 +5,5 @@ mod cyclic;
 mod homing;
 mod network;
 mod safety;
+mod services;
+mod way;

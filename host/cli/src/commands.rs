@@ -1,5 +1,7 @@
 //! The command line: subcommands in the field's words.
 
+use crate::dbc::Dbc;
+use crate::eds::Eds;
 use crate::kin::Kin;
 use crate::load::Bus;
 use crate::monitor;
@@ -53,6 +55,10 @@ enum Command {
     Bus(Bus),
     /// Plans of motion without a robot: of axes, of a tool along a path.
     Plan(Plan),
+    /// Print the data sheet (EDS, CiA 306) of the drive of one axis.
+    Eds(Eds),
+    /// Print a database (DBC) of the frames of one bus of a cell.
+    Dbc(Dbc),
     /// The classes of generators and conditions, and who inhabits them.
     Classes(ClassesArgs),
     /// Print a completion script for a shell.
@@ -276,6 +282,14 @@ impl Cli {
             Command::Plan(plan) => {
                 let mut input = BufReader::new(std::io::stdin());
                 plan.run(&mut std::io::stdout().lock(), &mut input)?;
+                exit::OK
+            }
+            Command::Eds(eds) => {
+                eds.run(&mut std::io::stdout().lock())?;
+                exit::OK
+            }
+            Command::Dbc(dbc) => {
+                dbc.run(&mut std::io::stdout().lock())?;
                 exit::OK
             }
             Command::Classes(args) => classes(args.json),

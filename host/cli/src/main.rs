@@ -4,6 +4,8 @@
 //! records and draws, [`report`] tells a person, [`load`] counts what buses carry, [`commands`] is the command line itself.
 
 mod commands;
+mod dbc;
+mod eds;
 mod jsonl;
 mod kin;
 mod load;

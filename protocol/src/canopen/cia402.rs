@@ -65,6 +65,10 @@ pub enum Mode {
     /// None chosen.
     #[default]
     None = 0,
+    /// Profile position: the drive makes the way to the target itself.
+    Pp = 1,
+    /// Profile velocity: the drive makes the way to the target velocity itself.
+    Pv = 3,
     /// Homing.
     Homing = 6,
     /// Cyclic synchronous position: the drive closes the position loop.
@@ -77,13 +81,23 @@ pub enum Mode {
 
 impl Mode {
     /// Every mode the drive of this system has.
-    pub const ALL: [Self; 5] = [Self::None, Self::Homing, Self::Csp, Self::Csv, Self::Cst];
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Pp,
+        Self::Pv,
+        Self::Homing,
+        Self::Csp,
+        Self::Csv,
+        Self::Cst,
+    ];
 
     /// The mode of a code.
     #[must_use]
     pub const fn from_code(code: i8) -> Option<Self> {
         Some(match code {
             0 => Self::None,
+            1 => Self::Pp,
+            3 => Self::Pv,
             6 => Self::Homing,
             8 => Self::Csp,
             9 => Self::Csv,
@@ -103,13 +117,13 @@ impl Mode {
     pub const fn is_cyclic(self) -> bool {
         match self {
             Self::Csp | Self::Csv | Self::Cst => true,
-            Self::None | Self::Homing => false,
+            Self::None | Self::Pp | Self::Pv | Self::Homing => false,
         }
     }
 }
 
-/// Supported modes (object 6502): homing, csp, csv, cst.
-pub const SUPPORTED_MODES: u32 = 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9;
+/// Supported modes (object 6502): pp, pv, homing, csp, csv, cst.
+pub const SUPPORTED_MODES: u32 = 1 << 0 | 1 << 2 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9;
 
 /// Digital outputs, object 60FE: the upper half is the manufacturer's, here the tool's.
 pub mod output {
@@ -163,9 +177,17 @@ pub mod probe {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(i8)]
 pub enum HomingMethod {
+    /// Negative limit switch, then the first index pulse in positive direction after it released.
+    NegativeLimitAndIndex = 1,
+    /// Positive limit switch, then the first index pulse in negative direction after it released.
+    PositiveLimitAndIndex = 2,
     /// Home switch at the negative side, then the first index pulse in positive direction after it
     /// released.
     NegativeSwitchAndIndex = 5,
+    /// Where the negative limit switch releases.
+    NegativeLimit = 17,
+    /// Where the positive limit switch releases.
+    PositiveLimit = 18,
     /// The first index pulse in negative direction.
     IndexNegative = 33,
     /// The first index pulse in positive direction.
@@ -178,8 +200,12 @@ pub enum HomingMethod {
 
 impl HomingMethod {
     /// Every method, in the order of object 60E3.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 9] = [
+        Self::NegativeLimitAndIndex,
+        Self::PositiveLimitAndIndex,
         Self::NegativeSwitchAndIndex,
+        Self::NegativeLimit,
+        Self::PositiveLimit,
         Self::IndexNegative,
         Self::IndexPositive,
         Self::PresentPositionOld,
@@ -190,7 +216,11 @@ impl HomingMethod {
     #[must_use]
     pub const fn from_code(code: i8) -> Option<Self> {
         Some(match code {
+            1 => Self::NegativeLimitAndIndex,
+            2 => Self::PositiveLimitAndIndex,
             5 => Self::NegativeSwitchAndIndex,
+            17 => Self::NegativeLimit,
+            18 => Self::PositiveLimit,
             33 => Self::IndexNegative,
             34 => Self::IndexPositive,
             35 => Self::PresentPositionOld,

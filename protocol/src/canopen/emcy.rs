@@ -1,5 +1,9 @@
 //! Emergency messages: error code, error register, five bytes of the maker.
 
+mod history;
+
+pub use history::{History, Producer};
+
 use super::node::{Function, NodeId, frame, standard};
 use crate::frame::Frame;
 
@@ -26,6 +30,8 @@ impl ErrorCode {
     pub const HEARTBEAT: Self = Self(0x8130);
     /// A received PDO was shorter than its mapping.
     pub const PDO_LENGTH: Self = Self(0x8210);
+    /// A SYNC message has another length than object 1019 says.
+    pub const SYNC_LENGTH: Self = Self(0x8240);
     /// A received PDO did not come in time.
     pub const RPDO_TIMEOUT: Self = Self(0x8250);
     /// Following error out of its window.
@@ -34,7 +40,7 @@ impl ErrorCode {
     pub const SYNC_LOST: Self = Self(0x8700);
 
     /// Every code the simulated drive uses, with one line each.
-    pub const USED: [(Self, &'static str); 12] = [
+    pub const USED: [(Self, &'static str); 13] = [
         (Self::NONE, "no error"),
         (Self::OVER_CURRENT, "over-current at the output"),
         (Self::OVER_VOLTAGE, "DC-link over-voltage"),
@@ -44,6 +50,7 @@ impl ErrorCode {
         (Self::ENCODER, "incremental encoder"),
         (Self::HEARTBEAT, "heartbeat lost or never heard"),
         (Self::PDO_LENGTH, "PDO shorter than its mapping"),
+        (Self::SYNC_LENGTH, "SYNC with another length"),
         (Self::RPDO_TIMEOUT, "set-point missing"),
         (Self::FOLLOWING_ERROR, "following error"),
         (Self::SYNC_LOST, "SYNC missing"),

@@ -108,6 +108,42 @@ impl State {
     }
 }
 
+/// What a communication error does to the NMT state of an operational device (object 1029).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ErrorBehaviour {
+    /// To Pre-operational: what the standard does without the object.
+    #[default]
+    PreOperational = 0,
+    /// No change: the drive's answers to its own quick stop stay visible.
+    Stay = 1,
+    /// To Stopped.
+    Stopped = 2,
+}
+
+impl ErrorBehaviour {
+    /// The behaviour of a code.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        Some(match code {
+            0 => Self::PreOperational,
+            1 => Self::Stay,
+            2 => Self::Stopped,
+            _ => return None,
+        })
+    }
+
+    /// The state after a communication error.
+    #[must_use]
+    pub const fn after(self, state: State) -> State {
+        match (self, state) {
+            (Self::PreOperational, State::Operational) => State::PreOperational,
+            (Self::Stopped, State::Operational | State::PreOperational) => State::Stopped,
+            (Self::PreOperational | Self::Stay | Self::Stopped, state) => state,
+        }
+    }
+}
+
 /// Whom an NMT command is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {

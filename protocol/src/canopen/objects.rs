@@ -1,8 +1,13 @@
 //! The object dictionary of the drive: indices, types, access, defaults.
 
 mod communication;
+pub mod eds;
+mod group;
 pub mod index;
+pub mod markdown;
 mod profile;
+
+pub use group::{GROUPS, Group, Kind, group};
 
 use super::sdo::Address;
 
@@ -112,9 +117,17 @@ pub struct Object {
     pub mappable: Mappable,
     /// The value after a reset.
     pub initial: Initial,
+    /// The least and the greatest value, where the type alone does not say it.
+    pub limits: Option<(i32, u32)>,
 }
 
 impl Object {
+    /// The same with a least and a greatest value.
+    const fn within(mut self, low: i32, high: u32) -> Self {
+        self.limits = Some((low, high));
+        self
+    }
+
     const fn number(
         index: u16,
         sub: u8,
@@ -132,6 +145,7 @@ impl Object {
             access,
             mappable,
             initial,
+            limits: None,
         }
     }
 
@@ -156,6 +170,14 @@ impl Object {
             access: Access::Constant,
             mappable: Mappable::No,
             initial: Initial::Text(text),
+            limits: None,
+        }
+    }
+
+    const fn note(index: u16, name: &'static str) -> Self {
+        Self {
+            access: Access::Write,
+            ..Self::text(index, name, "")
         }
     }
 
@@ -167,6 +189,7 @@ impl Object {
             access,
             mappable: Mappable::No,
             initial: Initial::PlusNode(base),
+            limits: None,
         }
     }
 }

@@ -77,6 +77,8 @@ pub struct Communication {
     /// Transmit: greatest time between two transmissions. Receive: greatest time to wait for one.
     /// In milliseconds; 0 is off.
     pub event_ms: u16,
+    /// The value of the SYNC counter with which a cyclic synchronous TPDO begins; 0: with any SYNC.
+    pub sync_start: u8,
 }
 
 impl Communication {
@@ -89,6 +91,7 @@ impl Communication {
             transmission,
             inhibit_100us: 0,
             event_ms: 0,
+            sync_start: 0,
         }
     }
 

@@ -1,4 +1,4 @@
-//! Service data: reads and writes of single objects, expedited (up to 4 bytes) or segmented.
+//! Service data: reads and writes of single objects, expedited (up to 4 bytes), segmented or in blocks.
 //!
 //! ```text
 //! client                          server
@@ -7,14 +7,23 @@
 //!   segment (toggle)  ──▶                  segmented: 7 bytes each,
 //!                     ◀── answer           toggle 0, 1, 0, … until the last
 //! ```
-//! Either side ends a transfer with an [`Abort`]. Block transfer is not offered: the server answers
-//! it with [`Abort::Command`].
+//! Either side ends a transfer with an [`Abort`]; a lost or doubled frame ends in success or in one, never in
+//! waiting. The server also transfers in blocks ([`MAX_BLOCK`]). A node's drives need none, so the client of
+//! blocks is a type of its own, [`BlockClient`]: who does not use it does not pay for it.
+//!
+//! Why not a crate: canopen-rs 0.6 (`no_std`, without unsafe) has block transfer as codecs only, indexes
+//! slices, and brings a second version of `heapless`; the node's `#![deny]` of panics would end at its door.
+//! LSS and EDS are small once the object table exists. Strangers prove both: `tests/strangers`.
 
 mod abort;
+mod block;
+mod block_client;
 mod client;
 mod server;
 
 pub use abort::Abort;
+pub use block::{MAX_BLOCK, RETRIES};
+pub use block_client::BlockClient;
 pub use client::{Client, ClientError, Outcome, Progress};
 pub use server::Server;
 

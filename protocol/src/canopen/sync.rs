@@ -55,6 +55,30 @@ pub enum Sync {
     Counted(u8),
 }
 
+/// What a consumer makes of a frame on the identifier of SYNC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Consumed {
+    /// A SYNC.
+    Sync(Sync),
+    /// A frame of another length than object 1019 says: it is none, and worth [EMCY
+    /// 8240](super::emcy::ErrorCode::SYNC_LENGTH).
+    Length,
+}
+
+/// Takes SYNC messages as object 1019 wants them: `overflow` 0 without a counter, else with one; `None`
+/// if the frame has another identifier.
+#[must_use]
+pub fn consume(cob: u16, overflow: u8, frame: &Frame) -> Option<Consumed> {
+    if standard(frame) != Some(cob) {
+        return None;
+    }
+    Some(match (decode(cob, frame), overflow) {
+        (Some(Sync::Plain), 0) => Consumed::Sync(Sync::Plain),
+        (Some(Sync::Counted(counter)), 1..) => Consumed::Sync(Sync::Counted(counter)),
+        (Some(_) | None, _) => Consumed::Length,
+    })
+}
+
 /// Reads a SYNC message on identifier `cob`; `None` if `frame` is none.
 #[must_use]
 pub fn decode(cob: u16, frame: &Frame) -> Option<Sync> {
@@ -102,6 +126,20 @@ mod tests {
                     .is_empty()
             );
         }
+    }
+
+    #[test]
+    fn a_consumer_wants_the_counter_it_was_told_of() {
+        let plain = frame(0x80, []);
+        let counted = frame(0x80, [7]);
+        let sync = |s| Some(Consumed::Sync(s));
+        assert_eq!(consume(0x80, 0, &plain), sync(Sync::Plain));
+        assert_eq!(consume(0x80, 10, &counted), sync(Sync::Counted(7)));
+        assert_eq!(consume(0x80, 10, &plain), Some(Consumed::Length));
+        assert_eq!(consume(0x80, 0, &counted), Some(Consumed::Length));
+        let long = frame(0x80, [1, 2]);
+        assert_eq!(consume(0x80, 10, &long), Some(Consumed::Length));
+        assert_eq!(consume(0x81, 0, &plain), None);
     }
 
     #[test]

@@ -293,6 +293,8 @@ impl DriveLink {
     fn booted(&mut self) {
         match self.phase {
             Phase::Booting { reset_at: Some(_) } => {
+                // what it told before is of the time before the reset; some tell it while they boot
+                self.emergency = None;
                 self.phase = Phase::Identifying { step: 0 };
             }
             Phase::Ready => self.phase = Phase::Failed(Cause::DriveDisabled),
@@ -308,7 +310,7 @@ impl DriveLink {
             Progress::Ignored => {}
             Progress::Send(data) => self.outgoing = Some(data),
             Progress::Done(outcome) => self.sdo_done(outcome),
-            Progress::Abort(data, outcome) => {
+            Progress::End(data, outcome) => {
                 self.outgoing = Some(data);
                 self.sdo_done(outcome);
             }

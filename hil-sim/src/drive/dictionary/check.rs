@@ -1,6 +1,6 @@
 //! Which values an object accepts.
 
-use protocol::canopen::cia402::{AbortConnection, Halt, HomingMethod, Mode, Options};
+use protocol::canopen::cia402::{HomingMethod, Mode, Options};
 use protocol::canopen::objects::{self, Access, Mappable, TABLE, index};
 use protocol::canopen::pdo::{Entry, MAX_ENTRIES, Mapping, MappingError, Transmission};
 use protocol::canopen::sdo::{Abort, Address};
@@ -13,25 +13,17 @@ const OFF: u32 = 1 << 31;
 /// Is `value` (sign-extended) acceptable for the object `at`?
 pub(super) fn value(od: &Dictionary, at: Address, value: u32) -> Result<(), Abort> {
     let signed = value.cast_signed();
+    within_limits(at, value)?;
     let good = match at.index {
-        0x1003 => value == 0,
+        index::ERROR_HISTORY => value == 0,
         index::SYNC_COB => value & !0x4000_07FF == 0,
         index::EMERGENCY_COB => value & !0x8000_07FF == 0,
         index::CONSUMER_HEARTBEAT => (value >> 16) & 0xFF <= 127 && value >> 24 == 0,
         index::SYNC_OVERFLOW => value == 0 || (2..=240).contains(&value),
-        index::ERROR_BEHAVIOUR => value <= 2,
         0x1400..=0x1403 | 0x1800..=0x1803 => return communication(od, at, value),
         0x1600..=0x1603 => return mapping(od, at, value, true),
         0x1A00..=0x1A03 => return mapping(od, at, value, false),
-        index::ABORT_CONNECTION => narrow(signed)
-            .and_then(AbortConnection::from_code)
-            .is_some(),
         index::QUICK_STOP_OPTION => narrow(signed).and_then(Options::quick_stop).is_some(),
-        index::SHUTDOWN_OPTION | index::DISABLE_OPTION => {
-            narrow(signed).and_then(Options::off).is_some()
-        }
-        index::HALT_OPTION => narrow(signed).and_then(Halt::from_code).is_some(),
-        index::FAULT_OPTION => narrow(signed).and_then(Options::fault).is_some(),
         index::MODE => i8::try_from(signed)
             .ok()
             .and_then(Mode::from_code)
@@ -40,21 +32,32 @@ pub(super) fn value(od: &Dictionary, at: Address, value: u32) -> Result<(), Abor
             .ok()
             .and_then(HomingMethod::from_code)
             .is_some(),
-        index::INTERPOLATION_PERIOD if at.sub == 1 => value >= 1,
-        index::INTERPOLATION_PERIOD => (-6..=0).contains(&signed),
         index::ENCODER_RESOLUTION | index::GEAR_RATIO | index::FEED_CONSTANT => {
             if od.energised {
                 return Err(Abort::DeviceState);
             }
-            value >= 1
+            true
         }
-        index::PROFILE_DECELERATION
-        | index::QUICK_STOP_DECELERATION
-        | index::HOMING_ACCELERATION
-        | index::HOMING_SPEEDS => value >= 1,
         _ => true,
     };
     if good { Ok(()) } else { Err(Abort::Range) }
+}
+
+/// The limits of the table.
+fn within_limits(at: Address, value: u32) -> Result<(), Abort> {
+    let Some(object) = objects::find(at).map(|place| &TABLE[place]) else {
+        return Ok(());
+    };
+    let number = if object.data_type.is_signed() {
+        i64::from(value.cast_signed())
+    } else {
+        i64::from(value)
+    };
+    match object.limits {
+        Some((low, _)) if number < i64::from(low) => Err(Abort::TooLow),
+        Some((_, high)) if number > i64::from(high) => Err(Abort::TooHigh),
+        Some(_) | None => Ok(()),
+    }
 }
 
 fn narrow(value: i32) -> Option<i16> {

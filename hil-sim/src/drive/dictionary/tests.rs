@@ -27,7 +27,9 @@ fn defaults_know_the_node_and_the_motor() {
 #[test]
 fn every_object_is_read_with_its_length() {
     let od = dictionary();
-    for object in &TABLE {
+    let happened =
+        |object: &&objects::Object| object.at.index != index::ERROR_HISTORY || object.at.sub == 0;
+    for object in TABLE.iter().filter(happened) {
         let mut into = [0; 64];
         let len = od.read(object.at, &mut into).unwrap();
         assert_eq!(len, od.len(object.at).unwrap());
@@ -42,17 +44,20 @@ fn every_object_is_read_with_its_length() {
 fn refusals_are_typed() {
     let mut od = dictionary();
     let mut refuse = |index, sub, data: &[u8]| write(&mut od, index, sub, data).unwrap_err();
-    assert_eq!(refuse(0x2000, 0, &[0]), Abort::NoObject);
+    assert_eq!(refuse(0x2001, 0, &[0]), Abort::NoObject);
     assert_eq!(refuse(0x6040, 1, &[0]), Abort::NoSubIndex);
     assert_eq!(refuse(0x6041, 0, &[0, 0]), Abort::ReadOnly);
     assert_eq!(refuse(0x1000, 0, &[0; 4]), Abort::ReadOnly);
     assert_eq!(refuse(0x6040, 0, &[0]), Abort::TooShort);
     assert_eq!(refuse(0x6040, 0, &[0; 4]), Abort::TooLong);
-    assert_eq!(refuse(0x6060, 0, &[1]), Abort::Range);
+    assert_eq!(refuse(0x6060, 0, &[2]), Abort::Range);
     assert_eq!(refuse(0x605A, 0, &[3, 0]), Abort::Range);
-    assert_eq!(refuse(0x6098, 0, &[17]), Abort::Range);
-    assert_eq!(refuse(0x6091, 1, &[0; 4]), Abort::Range);
+    assert_eq!(refuse(0x6098, 0, &[3]), Abort::Range);
+    assert_eq!(refuse(0x6091, 1, &[0; 4]), Abort::TooLow);
     assert_eq!(refuse(0x1019, 0, &[1]), Abort::Range);
+    assert_eq!(refuse(0x605B, 0, &[2, 0]), Abort::TooHigh);
+    assert_eq!(refuse(0x605D, 0, &[0, 0]), Abort::TooLow);
+    assert_eq!(refuse(0x2000, 0, &[b'x'; 257]), Abort::TooLong);
     assert_eq!(refuse(0x1010, 1, b"nope"), Abort::Storage);
     let od_live = &mut dictionary();
     od_live.energised = true;
@@ -97,13 +102,13 @@ fn mappings_that_cannot_be_are_refused() {
     let mut map = |sub, entry: u32| write(&mut od, 0x1600, sub, &entry.to_le_bytes());
     assert_eq!(map(1, 0x6041_0010), Err(Abort::NotMappable), "read only");
     assert_eq!(map(1, 0x607A_0010), Err(Abort::NotMappable), "wrong length");
-    assert_eq!(map(1, 0x2000_0010), Err(Abort::NoObject));
+    assert_eq!(map(1, 0x2001_0010), Err(Abort::NoObject));
     assert_eq!(map(1, 0x6040_0110), Err(Abort::NoSubIndex));
     for sub in 1..=3 {
         map(sub, 0x607A_0020).unwrap();
     }
     assert_eq!(write(&mut od, 0x1600, 0, &[3]), Err(Abort::PdoLength));
-    assert_eq!(write(&mut od, 0x1600, 0, &[9]), Err(Abort::Range));
+    assert_eq!(write(&mut od, 0x1600, 0, &[9]), Err(Abort::TooHigh));
     write(&mut od, 0x1600, 0, &[2]).unwrap();
     let heartbeat = 0x0705_u32.to_le_bytes();
     assert_eq!(
@@ -126,4 +131,69 @@ fn storing_and_restoring() {
     write(&mut od, 0x1011, 1, b"load").unwrap();
     od.reset();
     assert_eq!(od.at(0x1017, 0), 100);
+}
+
+#[test]
+fn errors_that_have_not_happened_are_no_data() {
+    let mut od = dictionary();
+    let read = |od: &Dictionary, sub| od.read(Address::new(0x1003, sub), &mut [0; 4]);
+    assert_eq!(read(&od, 1), Err(Abort::NoData));
+    od.set(super::super::slots::ERROR_COUNT, 1);
+    assert_eq!((read(&od, 1), read(&od, 2)), (Ok(4), Err(Abort::NoData)));
+}
+
+#[test]
+fn a_note_is_kept_and_stored() {
+    let mut od = dictionary();
+    let note = b"axis 3: belt replaced, 2 mm of play";
+    let read = |od: &Dictionary| {
+        let mut into = [0; 256];
+        let len = od.read(Address::new(0x2000, 0), &mut into).unwrap();
+        into[..len].to_vec()
+    };
+    write(&mut od, 0x2000, 0, note).unwrap();
+    assert_eq!(read(&od), note);
+    od.reset();
+    assert_eq!(read(&od), b"");
+    write(&mut od, 0x2000, 0, note).unwrap();
+    write(&mut od, 0x1010, 1, b"save").unwrap();
+    od.reset();
+    assert_eq!(read(&od), note);
+    write(&mut od, 0x1011, 1, b"load").unwrap();
+    od.reset();
+    assert_eq!(read(&od), b"");
+}
+
+#[test]
+fn another_configuration_is_not_the_verified_one() {
+    let mut od = dictionary();
+    let verified = |od: &Dictionary| (od.at(0x1020, 1), od.at(0x1020, 2));
+    let sign = |od: &mut Dictionary| {
+        write(od, 0x1020, 1, &[1, 2, 0, 0]).unwrap();
+        write(od, 0x1020, 2, &[3, 4, 0, 0]).unwrap();
+    };
+    sign(&mut od);
+    write(&mut od, 0x607A, 0, &[9; 4]).unwrap();
+    write(&mut od, 0x1010, 1, b"save").unwrap();
+    assert_eq!(
+        verified(&od),
+        (0x201, 0x403),
+        "a set-point is no configuration"
+    );
+    write(&mut od, 0x1017, 0, &[50, 0]).unwrap();
+    assert_eq!(verified(&od), (0, 0));
+    od.reset();
+    assert_eq!(verified(&od), (0x201, 0x403), "the stored one is back");
+}
+
+#[test]
+fn another_node_identifier_moves_the_defaults_that_contain_it() {
+    let mut od = dictionary();
+    let off = 0xC000_0205_u32.to_le_bytes();
+    write(&mut od, 0x1400, 1, &off).unwrap();
+    od.set_node(NodeId::new(5).unwrap(), NodeId::new(9).unwrap());
+    assert_eq!(od.at(0x1801, 1), 0x4000_0289);
+    assert_eq!(od.at(0x1400, 1), 0xC000_0205, "what was written stays");
+    od.reset();
+    assert_eq!(od.at(0x1400, 1), 0x4000_0209);
 }

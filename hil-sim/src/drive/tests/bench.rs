@@ -195,7 +195,9 @@ impl Bench {
         self.write(0x6060, &mode.code().to_le_bytes());
         self.target = match mode {
             Mode::Cst => Target::Torque(0),
-            Mode::None | Mode::Homing | Mode::Csp | Mode::Csv => Target::Position(0),
+            Mode::None | Mode::Pp | Mode::Pv | Mode::Homing | Mode::Csp | Mode::Csv => {
+                Target::Position(0)
+            }
         };
         self.nmt(Command::Start);
         self.cycles(2);

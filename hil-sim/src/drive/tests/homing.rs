@@ -166,3 +166,33 @@ fn the_node_can_home_over_the_wire() {
         bench.motor_rad()
     );
 }
+
+/// Switches at 0 and 20 rad: the axis starts between them, or on the one that is sought.
+#[test]
+fn methods_17_and_18_take_the_edge_of_a_limit_switch_and_1_and_2_the_index_behind_it() {
+    let turn = core::f64::consts::TAU;
+    for (method, expected, on_switch) in [
+        (HomingMethod::NegativeLimit, 0.0, -1.0),
+        (HomingMethod::PositiveLimit, 20.0, 21.0),
+        // the index lies at multiples of a turn
+        (HomingMethod::NegativeLimitAndIndex, turn, -1.0),
+        (HomingMethod::PositiveLimitAndIndex, 3.0 * turn, 21.0),
+    ] {
+        for start in [10.0, on_switch] {
+            let mut axis = axis_setup(0, start);
+            axis.plant.limit_rad = [0.0, 20.0];
+            let mut bench = Bench::new(&axis);
+            home(&mut bench, method).unwrap();
+            assert!(bench.status.has(Statusword::FOLLOWS), "{method:?}");
+            let home = bench.motor_rad() - f64::from(bench.actual.position) / f64::from(units(1.0));
+            // an increment is 0.0016 rad; the edge is seen once in a substep, 3.5 rad/s · 0.25 ms. The
+            // pulse at 0 itself may count for the negative switch, whose edge it is.
+            let error = home - expected;
+            let at_edge = method == HomingMethod::NegativeLimitAndIndex && home.abs() < 0.005;
+            assert!(
+                error.abs() < 0.005 || at_edge,
+                "{method:?} from {start}: {home}"
+            );
+        }
+    }
+}

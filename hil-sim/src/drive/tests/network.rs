@@ -36,7 +36,7 @@ fn it_tells_who_it_is() {
     let mut bench = bench();
     bench.wait(200);
     assert_eq!(bench.read(0x1000, 0), 0x0002_0192);
-    assert_eq!(bench.read(0x6502, 0), 0x3A0);
+    assert_eq!(bench.read(0x6502, 0), 0x3A5);
     assert_eq!(bench.text(0x1008), b"mrroc simulated servo drive");
     let refused = bench.write(0x6041, &[0, 0]);
     assert_eq!(

@@ -203,9 +203,12 @@ fn modes_and_methods_keep_their_codes() {
     for method in HomingMethod::ALL {
         assert_eq!(HomingMethod::from_code(method.code()), Some(method));
     }
-    assert_eq!(Mode::from_code(1), None);
-    assert_eq!(HomingMethod::from_code(17), None);
-    assert_eq!(SUPPORTED_MODES, 0x3A0);
+    assert_eq!(Mode::from_code(2), None);
+    assert_eq!(HomingMethod::from_code(3), None);
+    // bit n of 6502 is mode n + 1
+    let bits = Mode::ALL.into_iter().filter(|mode| *mode != Mode::None);
+    let bits = bits.fold(0_u32, |bits, mode| bits | 1 << (mode.code() - 1));
+    assert_eq!((SUPPORTED_MODES, SUPPORTED_MODES), (0x3A5, bits));
     let cyclic = Mode::ALL.map(Mode::is_cyclic);
-    assert_eq!(cyclic, [false, false, true, true, true]);
+    assert_eq!(cyclic, [false, false, false, false, true, true, true]);
 }

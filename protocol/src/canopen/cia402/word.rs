@@ -33,8 +33,12 @@ impl Command {
 pub struct Controlword(pub u16);
 
 impl Controlword {
-    /// Bit 4: in homing, start on its rising edge.
+    /// Bit 4: in homing, start on its rising edge; in pp, a new set-point on its rising edge.
     pub const OPERATION_4: u16 = 1 << 4;
+    /// Bit 5: in pp, the new set-point counts at once, not behind the one on its way.
+    pub const CHANGE_AT_ONCE: u16 = 1 << 5;
+    /// Bit 6: in pp, the new set-point is relative to the one before.
+    pub const RELATIVE: u16 = 1 << 6;
     /// Bit 7: reset the fault on its rising edge.
     pub const FAULT_RESET: u16 = 1 << 7;
     /// Bit 8: halt.
@@ -90,13 +94,14 @@ impl Statusword {
     pub const IN_SYNC: u16 = 1 << 8;
     /// Bit 9: the drive obeys the controlword.
     pub const REMOTE: u16 = 1 << 9;
-    /// Bit 10: in homing, the axis stands or the target is reached.
+    /// Bit 10: the target is reached (pp, pv), the axis stands (homing, while halted).
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Bit 11: a limit of the drive cuts the set-point.
     pub const LIMIT: u16 = 1 << 11;
-    /// Bit 12: csp, csv, cst: the drive follows the set-point; homing: the axis is homed.
+    /// Bit 12: csp, csv, cst: the drive follows the set-point; homing: the axis is homed; pp: the
+    /// set-point was taken; pv: the axis stands.
     pub const FOLLOWS: u16 = 1 << 12;
-    /// Bit 13: csp: following error; homing: homing error.
+    /// Bit 13: csp, pp: following error; homing: homing error.
     pub const DEVIATION: u16 = 1 << 13;
 
     /// The word of a power state, other bits clear.

@@ -102,3 +102,21 @@ fn loss_change_and_boot_up_are_told_apart() {
     assert_eq!(watch.poll(Micros(131)), Some(Heard::Lost));
     assert_eq!((watch.state(), watch.is_missing()), (None, true));
 }
+
+#[test]
+fn error_behaviours() {
+    use State::{Initialising, Operational, PreOperational, Stopped};
+    let row = |code| State::ALL.map(|state| ErrorBehaviour::from_code(code).unwrap().after(state));
+    // in the order of State::ALL
+    assert_eq!(
+        State::ALL,
+        [Initialising, Stopped, Operational, PreOperational]
+    );
+    assert_eq!(
+        row(0),
+        [Initialising, Stopped, PreOperational, PreOperational]
+    );
+    assert_eq!(row(1), State::ALL);
+    assert_eq!(row(2), [Initialising, Stopped, Stopped, Stopped]);
+    assert_eq!(ErrorBehaviour::from_code(3), None);
+}

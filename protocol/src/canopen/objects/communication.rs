@@ -10,14 +10,15 @@ use super::{Object, index};
 
 /// PDOs in each direction.
 const PDOS: usize = 4;
-/// Rows of one PDO: count, identifier, type, inhibit time, event timer; count and 8 entries.
-const ROWS: usize = 14;
-const RPDO_ROWS: usize = PDOS * (ROWS - 1);
+/// Rows of one TPDO: count, identifier, type, inhibit time, event timer, SYNC start value; count and 8
+/// entries. Those of an RPDO have neither inhibit time nor start value.
+const ROWS: usize = 15;
+const RPDO_ROWS: usize = PDOS * (ROWS - 2);
 const TPDO_ROWS: usize = PDOS * ROWS;
 const FIXED: usize = HEAD.len();
 pub(super) const COUNT: usize = FIXED + RPDO_ROWS + TPDO_ROWS;
 
-const HEAD: [Object; 34] = [
+const HEAD: [Object; 36] = [
     // Servo drive (0002) of profile 402 (0192).
     Object::number(0x1000, 0, "Device type", U32, Constant, No, 0x0002_0192),
     Object::number(0x1001, 0, "Error register", U8, Read, Transmit, 0),
@@ -36,6 +37,8 @@ const HEAD: [Object; 34] = [
         No,
         2000,
     ),
+    // 0: a set-point counts whenever it comes before the next SYNC.
+    Object::number(0x1007, 0, "Synchronous window length", U32, Write, No, 0),
     Object::text(
         0x1008,
         "Manufacturer device name",
@@ -60,6 +63,7 @@ const HEAD: [Object; 34] = [
         1,
     ),
     Object::plus_node(0x1014, 0, "COB-ID EMCY", Function::Emergency as u32, Write),
+    Object::number(0x1015, 0, "Inhibit time EMCY", U16, Write, No, 0),
     Object::count(0x1016, 1),
     Object::number(0x1016, 1, "Consumer heartbeat time", U32, Write, No, 0),
     Object::number(0x1017, 0, "Producer heartbeat time", U16, Write, No, 100),
@@ -77,13 +81,14 @@ const HEAD: [Object; 34] = [
         Write,
         No,
         0,
-    ),
+    )
+    .within(0, 240),
     Object::count(0x1020, 2),
     Object::number(0x1020, 1, "Configuration date", U32, Write, No, 0),
     Object::number(0x1020, 2, "Configuration time", U32, Write, No, 0),
     Object::count(0x1029, 1),
     // 1: keep the NMT state, so that the drive's answers to its own quick stop stay visible.
-    Object::number(0x1029, 1, "Communication error", U8, Write, No, 1),
+    Object::number(0x1029, 1, "Communication error", U8, Write, No, 1).within(0, 2),
     Object::count(0x1200, 2),
     Object::plus_node(
         0x1200,
@@ -155,12 +160,13 @@ const fn build() -> [Object; COUNT] {
     while n < PDOS {
         let i = index::TPDO_COMMUNICATION + n as u16;
         let (kind, inhibit) = if n == 1 { (255, 10) } else { (1, 0) };
-        table[at] = Object::count(i, 5);
+        table[at] = Object::count(i, 6);
         table[at + 1] = Object::plus_node(i, 1, "COB-ID used by TPDO", TPDO_COBS[n], Write);
         table[at + 2] = Object::number(i, 2, "Transmission type", U8, Write, No, kind);
         table[at + 3] = Object::number(i, 3, "Inhibit time", U16, Write, No, inhibit);
         table[at + 4] = Object::number(i, 5, "Event timer", U16, Write, No, 0);
-        at += 5;
+        table[at + 5] = Object::number(i, 6, "SYNC start value", U8, Write, No, 0).within(0, 240);
+        at += 6;
         n += 1;
     }
     n = 0;
@@ -190,7 +196,8 @@ const fn mapping(
     entries: &[Entry],
 ) -> usize {
     let count = entries.len() as i64;
-    table[at] = Object::number(index, 0, "Number of mapped objects", U8, Write, No, count);
+    table[at] =
+        Object::number(index, 0, "Number of mapped objects", U8, Write, No, count).within(0, 8);
     at += 1;
     let mut n = 0;
     while n < 8 {

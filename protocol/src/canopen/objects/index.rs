@@ -8,8 +8,16 @@ pub const ERROR_HISTORY: u16 = 0x1003;
 pub const SYNC_COB: u16 = 0x1005;
 /// Communication cycle period, µs.
 pub const CYCLE_PERIOD: u16 = 0x1006;
+/// SYNC window, µs: how long after SYNC a synchronous PDO counts.
+pub const SYNC_WINDOW: u16 = 0x1007;
+/// Store parameters.
+pub const STORE: u16 = 0x1010;
+/// Restore default parameters.
+pub const RESTORE: u16 = 0x1011;
 /// Identifier of EMCY.
 pub const EMERGENCY_COB: u16 = 0x1014;
+/// Least time between two emergencies, 100 µs.
+pub const EMERGENCY_INHIBIT: u16 = 0x1015;
 /// Heartbeat consumed: node and window in ms.
 pub const CONSUMER_HEARTBEAT: u16 = 0x1016;
 /// Heartbeat produced: period in ms.
@@ -18,6 +26,8 @@ pub const PRODUCER_HEARTBEAT: u16 = 0x1017;
 pub const IDENTITY: u16 = 0x1018;
 /// Overflow of the SYNC counter.
 pub const SYNC_OVERFLOW: u16 = 0x1019;
+/// Verify configuration: date and time of the last one.
+pub const VERIFY_CONFIGURATION: u16 = 0x1020;
 /// Error behaviour: the NMT state after a communication error.
 pub const ERROR_BEHAVIOUR: u16 = 0x1029;
 /// Communication parameters of the first RPDO.
@@ -28,6 +38,8 @@ pub const RPDO_MAPPING: u16 = 0x1600;
 pub const TPDO_COMMUNICATION: u16 = 0x1800;
 /// Mapping of the first TPDO.
 pub const TPDO_MAPPING: u16 = 0x1A00;
+/// What the person who commissioned the axis wants to remember.
+pub const NOTE: u16 = 0x2000;
 /// Abort-connection option code.
 pub const ABORT_CONNECTION: u16 = 0x6007;
 /// Error code.
@@ -58,8 +70,22 @@ pub const POSITION_ACTUAL: u16 = 0x6064;
 pub const FOLLOWING_WINDOW: u16 = 0x6065;
 /// Following-error time-out, ms.
 pub const FOLLOWING_TIMEOUT: u16 = 0x6066;
+/// Position window, units: within it the target counts as reached.
+pub const POSITION_WINDOW: u16 = 0x6067;
+/// For how long it must be, ms.
+pub const POSITION_WINDOW_TIME: u16 = 0x6068;
+/// Velocity demand value, units/s.
+pub const VELOCITY_DEMAND: u16 = 0x606B;
 /// Velocity actual value, units/s.
 pub const VELOCITY_ACTUAL: u16 = 0x606C;
+/// Velocity window, units/s.
+pub const VELOCITY_WINDOW: u16 = 0x606D;
+/// For how long it must be, ms.
+pub const VELOCITY_WINDOW_TIME: u16 = 0x606E;
+/// Velocity threshold, units/s: below it the axis stands.
+pub const VELOCITY_THRESHOLD: u16 = 0x606F;
+/// For how long it must be, ms.
+pub const VELOCITY_THRESHOLD_TIME: u16 = 0x6070;
 /// Target torque, per mille.
 pub const TARGET_TORQUE: u16 = 0x6071;
 /// Maximum torque, per mille.
@@ -80,12 +106,20 @@ pub const TARGET_POSITION: u16 = 0x607A;
 pub const HOME_OFFSET: u16 = 0x607C;
 /// Software position limits, units.
 pub const SOFT_LIMITS: u16 = 0x607D;
+/// Greatest velocity of a profile, units/s.
+pub const MAX_PROFILE_VELOCITY: u16 = 0x607F;
 /// Maximum motor speed, turns per minute.
 pub const MAX_SPEED: u16 = 0x6080;
+/// Profile velocity, units/s.
+pub const PROFILE_VELOCITY: u16 = 0x6081;
+/// Profile acceleration, units/s².
+pub const PROFILE_ACCELERATION: u16 = 0x6083;
 /// Profile deceleration, units/s².
 pub const PROFILE_DECELERATION: u16 = 0x6084;
 /// Quick-stop deceleration, units/s².
 pub const QUICK_STOP_DECELERATION: u16 = 0x6085;
+/// Motion profile type: 0, trapezoids of velocity.
+pub const PROFILE_TYPE: u16 = 0x6086;
 /// Position encoder resolution: increments per motor turns.
 pub const ENCODER_RESOLUTION: u16 = 0x608F;
 /// Gear ratio: motor turns per shaft turns.

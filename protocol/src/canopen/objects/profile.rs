@@ -1,4 +1,4 @@
-//! Objects 6000 to 67FF: the drive profile CiA 402.
+//! Objects 2000 to 67FF: one of the maker, and the drive profile CiA 402.
 //!
 //! Defaults that depend on the motor (rated current and torque, scaling, decelerations) are those
 //! of a 4000-increment axis; the drive replaces them by its own at power-up.
@@ -9,15 +9,19 @@ use super::DataType::{I8, I16, I32, U8, U16, U32};
 use super::Mappable::{Both, No, Transmit};
 use super::Object;
 
-pub(super) const COUNT: usize = 69;
+pub(super) const COUNT: usize = 85;
+
+const METHODS: i64 = 9;
+const _: () = assert!(HomingMethod::ALL.len() == 9);
 
 pub(super) const TABLE: [Object; COUNT] = [
-    Object::number(0x6007, 0, "Abort connection option code", I16, Write, No, 3),
+    Object::note(0x2000, "Commissioning note"),
+    Object::number(0x6007, 0, "Abort connection option code", I16, Write, No, 3).within(0, 3),
     Object::number(0x603F, 0, "Error code", U16, Read, Transmit, 0),
     Object::number(0x6040, 0, "Controlword", U16, Write, Both, 0),
     Object::number(0x6041, 0, "Statusword", U16, Read, Transmit, 0),
-    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2),
-    Object::number(0x605B, 0, "Shutdown option code", I16, Write, No, 0),
+    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2).within(0, 6),
+    Object::number(0x605B, 0, "Shutdown option code", I16, Write, No, 0).within(0, 1),
     Object::number(
         0x605C,
         0,
@@ -26,10 +30,11 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         1,
-    ),
-    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1),
-    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2),
-    Object::number(0x6060, 0, "Modes of operation", I8, Write, Both, 0),
+    )
+    .within(0, 1),
+    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1).within(1, 2),
+    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2).within(0, 2),
+    Object::number(0x6060, 0, "Modes of operation", I8, Write, Both, 0).within(0, 10),
     Object::number(
         0x6061,
         0,
@@ -52,7 +57,16 @@ pub(super) const TABLE: [Object; COUNT] = [
         1_000_000,
     ),
     Object::number(0x6066, 0, "Following error time out", U16, Write, No, 10),
+    // ASSUMED: 10 increments for 5 ms.
+    Object::number(0x6067, 0, "Position window", U32, Write, No, 10_000),
+    Object::number(0x6068, 0, "Position window time", U16, Write, No, 5),
+    Object::number(0x606B, 0, "Velocity demand value", I32, Read, Transmit, 0),
     Object::number(0x606C, 0, "Velocity actual value", I32, Read, Transmit, 0),
+    // ASSUMED: all that 16 bits hold, 0.1 rad/s; for 5 ms, and at once.
+    Object::number(0x606D, 0, "Velocity window", U16, Write, No, 65_535),
+    Object::number(0x606E, 0, "Velocity window time", U16, Write, No, 5),
+    Object::number(0x606F, 0, "Velocity threshold", U16, Write, No, 65_535),
+    Object::number(0x6070, 0, "Velocity threshold time", U16, Write, No, 0),
     Object::number(0x6071, 0, "Target torque", I16, Write, Both, 0),
     Object::number(0x6072, 0, "Max torque", U16, Write, Both, 4000),
     Object::number(0x6075, 0, "Motor rated current", U32, Read, No, 5000),
@@ -74,8 +88,31 @@ pub(super) const TABLE: [Object; COUNT] = [
     // Both zero: no software limits in the drive; the node has them.
     Object::number(0x607D, 1, "Min position limit", I32, Write, No, 0),
     Object::number(0x607D, 2, "Max position limit", I32, Write, No, 0),
+    // 250 rad/s.
+    Object::number(
+        0x607F,
+        0,
+        "Max profile velocity",
+        U32,
+        Write,
+        No,
+        159_154_943,
+    ),
     // 250 rad/s, MRROC++'s greatest motor velocity (0.5 rad in 2 ms).
     Object::number(0x6080, 0, "Max motor speed", U32, Write, No, 2387),
+    // ASSUMED: 50 rad/s, reached at 200 rad/s².
+    Object::number(0x6081, 0, "Profile velocity", U32, Write, Both, 31_830_989)
+        .within(1, 0xFFFF_FFFF),
+    Object::number(
+        0x6083,
+        0,
+        "Profile acceleration",
+        U32,
+        Write,
+        No,
+        127_323_954,
+    )
+    .within(1, 0xFFFF_FFFF),
     Object::number(
         0x6084,
         0,
@@ -84,7 +121,8 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         127_323_954,
-    ),
+    )
+    .within(1, 0xFFFF_FFFF),
     Object::number(
         0x6085,
         0,
@@ -93,16 +131,18 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         318_309_886,
-    ),
+    )
+    .within(1, 0xFFFF_FFFF),
+    Object::number(0x6086, 0, "Motion profile type", I16, Write, No, 0).within(0, 0),
     Object::count(0x608F, 2),
-    Object::number(0x608F, 1, "Encoder increments", U32, Write, No, 4000),
-    Object::number(0x608F, 2, "Motor revolutions", U32, Write, No, 1),
+    Object::number(0x608F, 1, "Encoder increments", U32, Write, No, 4000).within(1, 0xFFFF_FFFF),
+    Object::number(0x608F, 2, "Motor revolutions", U32, Write, No, 1).within(1, 0xFFFF_FFFF),
     Object::count(0x6091, 2),
-    Object::number(0x6091, 1, "Motor revolutions", U32, Write, No, 1),
-    Object::number(0x6091, 2, "Shaft revolutions", U32, Write, No, 1),
+    Object::number(0x6091, 1, "Motor revolutions", U32, Write, No, 1).within(1, 0xFFFF_FFFF),
+    Object::number(0x6091, 2, "Shaft revolutions", U32, Write, No, 1).within(1, 0xFFFF_FFFF),
     Object::count(0x6092, 2),
-    Object::number(0x6092, 1, "Feed", U32, Write, No, 4_000_000),
-    Object::number(0x6092, 2, "Shaft revolutions", U32, Write, No, 1),
+    Object::number(0x6092, 1, "Feed", U32, Write, No, 4_000_000).within(1, 0xFFFF_FFFF),
+    Object::number(0x6092, 2, "Shaft revolutions", U32, Write, No, 1).within(1, 0xFFFF_FFFF),
     Object::number(0x6098, 0, "Homing method", I8, Write, No, 37),
     Object::count(0x6099, 2),
     // 15 and 3.5 rad/s: MRROC++'s coarse and fine synchronisation speeds.
@@ -114,7 +154,8 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         9_549_297,
-    ),
+    )
+    .within(1, 0xFFFF_FFFF),
     Object::number(
         0x6099,
         2,
@@ -123,8 +164,10 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         2_228_169,
-    ),
-    Object::number(0x609A, 0, "Homing acceleration", U32, Write, No, 63_661_977),
+    )
+    .within(1, 0xFFFF_FFFF),
+    Object::number(0x609A, 0, "Homing acceleration", U32, Write, No, 63_661_977)
+        .within(1, 0xFFFF_FFFF),
     Object::number(0x60B0, 0, "Position offset", I32, Write, Both, 0),
     Object::number(0x60B1, 0, "Velocity offset", I32, Write, Both, 0),
     Object::number(0x60B2, 0, "Torque offset", I16, Write, Both, 0),
@@ -157,14 +200,19 @@ pub(super) const TABLE: [Object; COUNT] = [
         Write,
         No,
         2,
-    ),
-    Object::number(0x60C2, 2, "Interpolation time index", I8, Write, No, -3),
-    Object::count(0x60E3, 5),
-    method(1, HomingMethod::NegativeSwitchAndIndex),
-    method(2, HomingMethod::IndexNegative),
-    method(3, HomingMethod::IndexPositive),
-    method(4, HomingMethod::PresentPositionOld),
-    method(5, HomingMethod::PresentPosition),
+    )
+    .within(1, 255),
+    Object::number(0x60C2, 2, "Interpolation time index", I8, Write, No, -3).within(-6, 0),
+    Object::count(0x60E3, METHODS),
+    method(1),
+    method(2),
+    method(3),
+    method(4),
+    method(5),
+    method(6),
+    method(7),
+    method(8),
+    method(9),
     Object::number(
         0x60F4,
         0,
@@ -207,7 +255,12 @@ pub(super) const TABLE: [Object; COUNT] = [
     ),
 ];
 
-const fn method(sub: u8, method: HomingMethod) -> Object {
+#[expect(
+    clippy::indexing_slicing,
+    reason = "evaluated at compile time, where it is an error"
+)]
+const fn method(sub: u8) -> Object {
     let name = "Supported homing method";
+    let method = HomingMethod::ALL[sub as usize - 1];
     Object::number(0x60E3, sub, name, I8, Constant, No, method.code() as i64)
 }

@@ -75,6 +75,15 @@ impl Payload {
         self.bytes.get(..usize::from(self.len)).unwrap_or_default()
     }
 
+    /// The same without its last byte: what a drive with a wrong mapping would send.
+    #[must_use]
+    pub const fn shortened(self) -> Self {
+        Self {
+            len: self.len.saturating_sub(1),
+            ..self
+        }
+    }
+
     /// The frame on identifier `cob`.
     #[must_use]
     pub fn frame(&self, cob: u16) -> crate::frame::Frame {

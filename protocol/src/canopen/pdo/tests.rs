@@ -4,6 +4,7 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::super::sdo::Address;
+use super::super::sync::Sync;
 use super::*;
 
 const STATUS: Entry = Entry::new(0x6041, 0, 16);
@@ -103,10 +104,28 @@ fn a_cyclic_tpdo_comes_at_every_nth_sync() {
     let communication = Communication::new(0x185, Transmission::SyncCyclic(3));
     let mut tpdo = Tpdo::new(communication, mapping(&[STATUS]));
     let sent: Vec<bool> = (0..7)
-        .map(|k| tpdo.on_sync(Micros(k), Payload::default()))
+        .map(|k| tpdo.on_sync(Micros(k), Sync::Plain, Payload::default()))
         .collect();
     assert_eq!(sent, [false, false, true, false, false, true, false]);
     assert!(!tpdo.poll(Micros(100), Payload::default()));
+}
+
+#[test]
+fn a_cyclic_tpdo_begins_with_its_value_of_the_sync_counter() {
+    let communication = Communication {
+        sync_start: 2,
+        ..Communication::new(0x185, Transmission::SyncCyclic(2))
+    };
+    let mut tpdo = Tpdo::new(communication, mapping(&[STATUS]));
+    let mut sent = |counters: [u8; 6]| {
+        counters.map(|n| tpdo.on_sync(Micros(0), Sync::Counted(n), Payload::default()))
+    };
+    // overflow 4: the counter says when to begin, afterwards the PDO counts itself
+    let begins = [false, true, false, true, false, true];
+    assert_eq!(sent([1, 2, 3, 4, 1, 2]), begins);
+    tpdo.reset();
+    // without a counter the start value has no meaning
+    assert!(tpdo.on_sync(Micros(0), Sync::Plain, Payload::default()));
 }
 
 #[test]
@@ -117,7 +136,7 @@ fn an_acyclic_tpdo_comes_at_the_sync_after_a_change() {
         Payload::new(&[1, 0]).unwrap(),
         Payload::new(&[2, 0]).unwrap(),
     );
-    let sent = [a, a, b, b].map(|payload| tpdo.on_sync(Micros(0), payload));
+    let sent = [a, a, b, b].map(|payload| tpdo.on_sync(Micros(0), Sync::Plain, payload));
     assert_eq!(sent, [true, false, true, false]);
 }
 
@@ -136,7 +155,10 @@ fn an_event_tpdo_respects_inhibit_and_event_times() {
     assert!(tpdo.poll(Micros(1000), b), "changed");
     assert!(!tpdo.poll(Micros(4999), b), "unchanged");
     assert!(tpdo.poll(Micros(5000), b), "event timer");
-    assert!(!tpdo.on_sync(Micros(5000), a), "SYNC has no effect");
+    assert!(
+        !tpdo.on_sync(Micros(5000), Sync::Plain, a),
+        "SYNC has no effect"
+    );
 }
 
 #[test]

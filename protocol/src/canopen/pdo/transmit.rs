@@ -1,5 +1,6 @@
 //! A PDO sent: at SYNC, or on a change and within the inhibit and event times.
 
+use super::super::sync::Sync;
 use super::{Communication, Mapping, Payload, Transmission};
 use crate::time::Micros;
 
@@ -10,6 +11,8 @@ pub struct Tpdo {
     mapping: Mapping,
     /// SYNCs since the last transmission.
     syncs: u8,
+    /// Has the SYNC come with which it begins?
+    begun: bool,
     last: Option<(Micros, Payload)>,
 }
 
@@ -21,6 +24,7 @@ impl Tpdo {
             communication,
             mapping,
             syncs: 0,
+            begun: communication.sync_start == 0,
             last: None,
         }
     }
@@ -40,6 +44,7 @@ impl Tpdo {
     /// Starts afresh: an event-driven PDO is sent once at the next poll.
     pub fn reset(&mut self) {
         self.syncs = 0;
+        self.begun = self.communication.sync_start == 0;
         self.last = None;
     }
 
@@ -50,9 +55,22 @@ impl Tpdo {
     }
 
     /// At SYNC: is the PDO to be sent? `payload` is what it would carry, sampled at this SYNC.
-    pub fn on_sync(&mut self, now: Micros, payload: Payload) -> bool {
+    ///
+    /// A start value counts only where SYNC is counted; the PDO goes out with that SYNC and every n-th
+    /// after it.
+    pub fn on_sync(&mut self, now: Micros, sync: Sync, payload: Payload) -> bool {
         if !self.communication.enabled {
             return false;
+        }
+        if let (Transmission::SyncCyclic(n), false) = (self.communication.transmission, self.begun)
+        {
+            if let Sync::Counted(counter) = sync
+                && counter != self.communication.sync_start
+            {
+                return false;
+            }
+            self.begun = true;
+            self.syncs = n.saturating_sub(1);
         }
         let due = match self.communication.transmission {
             Transmission::SyncAcyclic => self.last.is_none_or(|(_, last)| last != payload),

@@ -46,6 +46,12 @@ aborts! {
     Timeout = 0x0504_0000;
     /// unknown command specifier
     Command = 0x0504_0001;
+    /// invalid block size
+    BlockSize = 0x0504_0002;
+    /// invalid sequence number
+    Sequence = 0x0504_0003;
+    /// wrong CRC
+    Crc = 0x0504_0004;
     /// out of memory
     Memory = 0x0504_0005;
     /// access not supported
@@ -62,6 +68,8 @@ aborts! {
     PdoLength = 0x0604_0042;
     /// incompatible parameter
     Incompatible = 0x0604_0043;
+    /// internal incompatibility in the device
+    Internal = 0x0604_0047;
     /// hardware error
     Hardware = 0x0606_0000;
     /// wrong length
@@ -78,10 +86,20 @@ aborts! {
     TooHigh = 0x0609_0031;
     /// value too low
     TooLow = 0x0609_0032;
+    /// the maximum is below the minimum
+    MaximumBelowMinimum = 0x0609_0036;
+    /// a resource is not available
+    Resource = 0x060A_0023;
     /// general error
     General = 0x0800_0000;
     /// the data cannot be stored
     Storage = 0x0800_0020;
+    /// the data cannot be stored because of local control
+    LocalControl = 0x0800_0021;
     /// not in the present device state
     DeviceState = 0x0800_0022;
+    /// there is no object dictionary
+    NoDictionary = 0x0800_0023;
+    /// no data are available
+    NoData = 0x0800_0024;
 }

@@ -56,8 +56,8 @@ pub enum Progress {
     Send([u8; 8]),
     /// The transfer ended.
     Done(Outcome),
-    /// The transfer ended; send the abort.
-    Abort([u8; 8], Outcome),
+    /// The transfer ended; send these bytes: an abort, or the end of an upload in blocks.
+    End([u8; 8], Outcome),
 }
 
 /// Why a transfer did not start.
@@ -169,12 +169,12 @@ impl<const N: usize> Client<N> {
         }
     }
 
-    /// Gives up when the answer is overdue: [`Progress::Abort`], else `None`.
+    /// Gives up when the answer is overdue: [`Progress::End`], else `None`.
     pub fn poll(&mut self, now: Micros) -> Option<Progress> {
         let at = self.address()?;
         (now >= self.deadline).then(|| {
             self.state = State::Idle;
-            Progress::Abort(abort_bytes(at, Abort::Timeout), Outcome::TimedOut(at))
+            Progress::End(abort_bytes(at, Abort::Timeout), Outcome::TimedOut(at))
         })
     }
 
@@ -213,7 +213,7 @@ impl<const N: usize> Client<N> {
         };
         next.unwrap_or_else(|abort| {
             self.state = State::Idle;
-            Progress::Abort(abort_bytes(at, abort), Outcome::Broken(at, abort))
+            Progress::End(abort_bytes(at, abort), Outcome::Broken(at, abort))
         })
     }
 

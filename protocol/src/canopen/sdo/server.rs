@@ -1,10 +1,13 @@
 //! The SDO server: the drive's side.
 
+mod block;
+
+use block::Block;
 use heapless::Vec;
 
 use super::{
-    Abort, Address, CAPACITY, DEFAULT_TIMEOUT, ObjectAccess, abort_bytes, ccs, scs, segment,
-    segment_tail, tail, with_address,
+    ABORT, Abort, Address, CAPACITY, DEFAULT_TIMEOUT, ObjectAccess, abort_bytes, block::head, ccs,
+    scs, segment, segment_tail, tail, with_address,
 };
 use crate::time::Micros;
 
@@ -23,6 +26,8 @@ enum State {
         sent: usize,
         toggle: bool,
     },
+    /// A block transfer.
+    Block(Address, Block),
 }
 
 /// One SDO server channel.
@@ -68,7 +73,7 @@ impl Server {
     pub fn poll(&mut self, now: Micros) -> Option<[u8; 8]> {
         let at = match self.state {
             State::Idle => return None,
-            State::Receiving { at, .. } | State::Sending { at, .. } => at,
+            State::Receiving { at, .. } | State::Sending { at, .. } | State::Block(at, _) => at,
         };
         (now >= self.deadline).then(|| self.abort(at, Abort::Timeout))
     }
@@ -83,18 +88,26 @@ impl Server {
         let request = <[u8; 8]>::try_from(data).ok()?;
         let [head, ..] = request;
         self.deadline = now + self.timeout;
+        if let State::Block(at, block) = self.state
+            && head != ABORT
+            && let Some(answer) = self.on_block(at, block, request, objects)
+        {
+            return answer.unwrap_or_else(|(at, abort)| Some(self.abort(at, abort)));
+        }
         let answer = match head >> 5 {
-            ccs::DOWNLOAD => self.download(request, objects),
-            ccs::DOWNLOAD_SEGMENT => self.receive(request, objects),
-            ccs::UPLOAD => self.upload(request, objects),
-            ccs::UPLOAD_SEGMENT => self.send(request),
+            ccs::DOWNLOAD => self.download(request, objects).map(Some),
+            ccs::DOWNLOAD_SEGMENT => self.receive(request, objects).map(Some),
+            ccs::UPLOAD => self.upload(request, objects).map(Some),
+            ccs::UPLOAD_SEGMENT => self.send(request).map(Some),
             ccs::ABORT => {
                 self.reset();
                 return None;
             }
+            head::CLIENT_DOWNLOAD => self.block_download(request, objects),
+            head::CLIENT_UPLOAD => self.block_upload(request, objects),
             _ => Err((Address::in_frame(request), Abort::Command)),
         };
-        Some(answer.unwrap_or_else(|(at, abort)| self.abort(at, abort)))
+        answer.unwrap_or_else(|(at, abort)| Some(self.abort(at, abort)))
     }
 
     fn abort(&mut self, at: Address, abort: Abort) -> [u8; 8] {
@@ -196,24 +209,22 @@ impl Server {
     ) -> Result<[u8; 8], (Address, Abort)> {
         let at = Address::in_frame(request);
         self.reset();
-        let mut value = [0; CAPACITY];
-        let len = objects.read(at, &mut value).map_err(|abort| (at, abort))?;
-        let value = value.get(..len).ok_or((at, Abort::Memory))?;
+        self.fill(at, objects)?;
+        let value = &self.buffer;
+        let len = value.len();
         if let (1..=4, Ok(size)) = (len, u8::try_from(len)) {
             let mut rest = [0; 4];
             for (to, from) in rest.iter_mut().zip(value) {
                 *to = *from;
             }
             let unused = 4_u8.saturating_sub(size);
+            self.buffer.clear();
             return Ok(with_address(
                 scs::UPLOAD << 5 | unused << 2 | 0b11,
                 at,
                 rest,
             ));
         }
-        self.buffer
-            .extend_from_slice(value)
-            .map_err(|_| (at, Abort::Memory))?;
         self.state = State::Sending {
             at,
             sent: 0,
@@ -221,6 +232,18 @@ impl Server {
         };
         let size = u32::try_from(len).unwrap_or(u32::MAX).to_le_bytes();
         Ok(with_address(scs::UPLOAD << 5 | 1, at, size))
+    }
+
+    /// The object's value into the empty buffer.
+    fn fill(&mut self, at: Address, objects: &impl ObjectAccess) -> Result<(), (Address, Abort)> {
+        self.buffer
+            .resize_default(CAPACITY)
+            .map_err(|_| (at, Abort::Memory))?;
+        let len = objects
+            .read(at, &mut self.buffer)
+            .map_err(|abort| (at, abort))?;
+        self.buffer.truncate(len);
+        Ok(())
     }
 
     fn send(&mut self, request: [u8; 8]) -> Result<[u8; 8], (Address, Abort)> {

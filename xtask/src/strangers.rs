@@ -1,0 +1,113 @@
+//! Other people's tools against our programs: `tests/strangers`, in a Python environment of its own.
+
+use crate::report::Findings;
+use crate::shell::{root, run_cargo};
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Where the tests are, from the root.
+const TESTS: &str = "tests/strangers";
+
+/// What they run, built as the other tests are.
+const PROGRAMS: &[&[&str]] = &[
+    &[
+        "build",
+        "-p",
+        "mrroc",
+        "-p",
+        "mrroc-hil-sim",
+        "-p",
+        "mrroc-node",
+    ],
+    &["build", "-p", "mrroc-bus", "--example", "hub"],
+];
+
+/// Builds the programs, installs the tools as `requirements.txt` pins them, runs the tests. Without Python
+/// it says so, and that is no failure: nothing of ours needs it.
+pub(crate) fn check() -> Result<Findings> {
+    let Some(python) = python() else {
+        eprintln!("not run: there is no python3 with the module venv");
+        return Ok(vec![]);
+    };
+    let mut findings = vec![];
+    for arguments in PROGRAMS {
+        findings.extend(run_cargo(arguments)?);
+    }
+    if !findings.is_empty() {
+        return Ok(findings);
+    }
+    let environment = environment(python)?;
+    let mut tests = Command::new(program(&environment));
+    tests
+        .current_dir(root())
+        .args(["-m", "unittest", "discover", "--start-directory", TESTS])
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("MRROC_BIN", programs());
+    let status = tests.status().context("cannot start the tests")?;
+    if !status.success() {
+        findings.push(format!("{TESTS}: {status}"));
+    }
+    Ok(findings)
+}
+
+/// The first Python that can make environments.
+fn python() -> Option<&'static str> {
+    ["python3", "python"].into_iter().find(|name| {
+        let asked = Command::new(name)
+            .args(["-c", "import venv, ensurepip"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+        asked.is_ok_and(|status| status.success())
+    })
+}
+
+/// The folder of cargo's output.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// The folder of the programs.
+fn programs() -> PathBuf {
+    target().join("debug")
+}
+
+/// The environment, made anew when the pinned versions have changed.
+fn environment(python: &str) -> Result<PathBuf> {
+    let folder = target().join("strangers");
+    let pinned = root().join(TESTS).join("requirements.txt");
+    let wanted = fs::read(&pinned).with_context(|| format!("{}", pinned.display()))?;
+    let mark = folder.join("requirements.txt");
+    if fs::read(&mark).is_ok_and(|installed| installed == wanted) {
+        return Ok(folder);
+    }
+    step(
+        Command::new(python)
+            .args(["-m", "venv", "--clear"])
+            .arg(&folder),
+    )?;
+    step(
+        Command::new(program(&folder))
+            .args(["-m", "pip", "install", "--quiet"])
+            .args(["--disable-pip-version-check", "--requirement"])
+            .arg(&pinned),
+    )?;
+    fs::write(&mark, wanted).with_context(|| format!("{}", mark.display()))?;
+    Ok(folder)
+}
+
+/// The environment's Python.
+fn program(environment: &Path) -> PathBuf {
+    let folder = if cfg!(windows) { "Scripts" } else { "bin" };
+    environment.join(folder).join("python")
+}
+
+fn step(command: &mut Command) -> Result<()> {
+    let status = command
+        .status()
+        .with_context(|| format!("cannot start {command:?}"))?;
+    anyhow::ensure!(status.success(), "{command:?}: {status}");
+    Ok(())
+}
