@@ -2,6 +2,7 @@
 
 import pathlib
 import tempfile
+import time
 import unittest
 
 import can
@@ -91,8 +92,11 @@ class Log(unittest.TestCase):
                 bus.send(frame)
                 while (answer := bus.recv(0)) is not None:
                     answers.append(answer)
-            while (answer := bus.recv(0.5)) is not None:
-                answers.append(answer)
+            # what is still on its way; heartbeats never end
+            deadline = time.monotonic() + 2
+            while time.monotonic() < deadline:
+                if (answer := bus.recv(0.1)) is not None:
+                    answers.append(answer)
         return self.way(answers)
 
     def record(self, log):
