@@ -9,13 +9,14 @@ import unittest
 
 import canopen
 
-from cell import BIN, ROOT, end, start, tool, until
+from cell import BIN, ROOT, end, in_real_time, joined, start, tool, until
 from local_drive import LocalDrive
 
 ROBOT = "conveyor"
 UNITS_PER_RADIAN = 4_000_000 / 6.283185307179586
 
 
+@in_real_time
 class Slave(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -34,9 +35,8 @@ class Slave(unittest.TestCase):
         network, node = canopen.Network(), None
         try:
             until(lambda: self.listens(port), "the hub listens")
-            network.connect(
-                interface="socketcand", host="127.0.0.1", port=port, channel=f"{ROBOT}.0"
-            )
+            where = {"host": "127.0.0.1", "port": port, "channel": f"{ROBOT}.0"}
+            joined(lambda: network.connect(interface="socketcand", **where))
             drive = LocalDrive(network, 1, str(self.sheet))
             node = start("mrroc-node", ROBOT, "--bus", f"hub:{port}", "--json")
             run = [str(BIN / "mrroc"), "move", ROBOT, "--motors", "2", "--bus", f"hub:{port}"]
