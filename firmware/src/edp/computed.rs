@@ -22,7 +22,7 @@
 //! Until all axes are homed no posture is known: then feed-forward closes the loops.
 //!
 //! In csp the drives close the loops; those without a gear are given the model's torque as an offset, brought in
-//! within [`OFFSET_RAMP_S`] where something else held the arm before.
+//! within half a second where something else held the arm before.
 
 use super::Edp;
 use crate::edp::axis::{Axis, per_mille};
