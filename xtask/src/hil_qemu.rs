@@ -1,7 +1,7 @@
 //! The controller node as an image on an emulated microcontroller: built, examined, and run in the loop
 //! with the simulated world.
 
-use crate::no_std::{TARGET, bare_metal_cargo};
+use crate::no_std::{BareMetal, TARGET, bare_metal};
 use crate::report::Findings;
 use crate::shell::{root, run, run_cargo};
 use anyhow::{Context, Result};
@@ -29,12 +29,17 @@ pub(crate) fn check(arguments: &[OsString]) -> Result<Findings> {
             )]);
         }
     }
-    let build = root().join(BUILD);
-    let Some((mut cargo, more)) = bare_metal_cargo()? else {
+    let Some(BareMetal {
+        mut cargo,
+        more,
+        name,
+    }) = bare_metal()?
+    else {
         return Ok(vec![format!(
             "the target is missing: rustup target add {TARGET}"
         )]);
     };
+    let build = root().join(BUILD).join(name);
     // the sizes of stack frames are asked of any compiler by a flag that is not stable yet
     let flags = format!("target.{TARGET}.rustflags=['-Zemit-stack-sizes']");
     let mut line = vec!["build", "--release", "--locked", "--config", flags.as_str()];
@@ -52,7 +57,7 @@ pub(crate) fn check(arguments: &[OsString]) -> Result<Findings> {
         return Ok(findings);
     }
     let image = build.join(TARGET).join("release").join(IMAGE);
-    let golden = root().join(BOARD).join("golden");
+    let golden = root().join(BOARD).join("golden").join(name);
     let text = |path: &Path| path.display().to_string();
     let (image, plugin, golden) = (text(&image), text(&plugin), text(&golden));
     let mut line = vec![

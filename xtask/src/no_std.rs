@@ -17,11 +17,43 @@ const HOST_LINKER: &str = "x86_64-unknown-linux-gnu/bin/rust-lld";
 /// Where a system's own Rust lives, which comes with the sources of the standard library.
 const SYSTEM: &str = "/usr";
 
+/// `1`: build `core` from sources even where the target's library is installed, as a machine without rustup does.
+const FROM_SOURCES: &str = "MRROC_BUILD_STD";
+
+/// `core` as the target's installed library has it: without overflow checks of its own, of which nobody has shown that
+/// none can be reached, and for speed, the arithmetic of f64 above all.
+const CORE: [&str; 9] = [
+    "-Zbuild-std=core",
+    "--config",
+    "profile.release.package.core.overflow-checks=false",
+    "--config",
+    "profile.release.package.core.opt-level=3",
+    "--config",
+    "profile.release.package.compiler_builtins.overflow-checks=false",
+    "--config",
+    "profile.release.package.compiler_builtins.opt-level=3",
+];
+
+/// A way to build for [`TARGET`].
+pub(crate) struct BareMetal {
+    /// The cargo.
+    pub(crate) cargo: Command,
+    /// What else its command line needs.
+    pub(crate) more: Vec<&'static str>,
+    /// Where `core` comes from: names what differs.
+    pub(crate) name: &'static str,
+}
+
 /// Builds for the bare-metal target: with its standard library where that is installed, else with
 /// `core` compiled from a toolchain's sources. No dependency may have its `std` feature on.
 pub(crate) fn check() -> Result<Findings> {
     let mut findings = std_features()?;
-    if let Some((mut cargo, mut more)) = bare_metal_cargo()? {
+    if let Some(BareMetal {
+        mut cargo,
+        mut more,
+        ..
+    }) = bare_metal()?
+    {
         if !more.is_empty() {
             more.extend(["--target-dir", "target/core"]);
         }
@@ -35,12 +67,17 @@ pub(crate) fn check() -> Result<Findings> {
     Ok(findings)
 }
 
-/// A cargo, and what else its command line needs, that can build for [`TARGET`]: ours where the target's
-/// library is installed, else one of a toolchain with the sources of `core`; nothing if there is neither.
-pub(crate) fn bare_metal_cargo() -> Result<Option<(Command, Vec<&'static str>)>> {
+/// Our cargo where the target's library is installed, else one of a toolchain with the sources of `core`;
+/// nothing if there is neither.
+pub(crate) fn bare_metal() -> Result<Option<BareMetal>> {
     let own = sysroot()?;
-    if own.join("lib/rustlib").join(TARGET).join("lib").is_dir() {
-        return Ok(Some((cargo(&[]), vec![])));
+    let from_sources = std::env::var_os(FROM_SOURCES).is_some_and(|value| value == "1");
+    if !from_sources && own.join("lib/rustlib").join(TARGET).join("lib").is_dir() {
+        return Ok(Some(BareMetal {
+            cargo: cargo(&[]),
+            more: vec![],
+            name: "rustup",
+        }));
     }
     let with_sources = [own, PathBuf::from(SYSTEM)]
         .into_iter()
@@ -53,7 +90,11 @@ pub(crate) fn bare_metal_cargo() -> Result<Option<(Command, Vec<&'static str>)>>
         // a system's own Rust has its linker elsewhere
         cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
     }
-    Ok(Some((cargo, vec!["-Zbuild-std=core"])))
+    Ok(Some(BareMetal {
+        cargo,
+        more: CORE.to_vec(),
+        name: "build-std",
+    }))
 }
 
 fn build(cargo: &mut Command, more: &[&str]) -> Result<Findings> {

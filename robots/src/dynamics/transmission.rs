@@ -212,7 +212,7 @@ impl<const N: usize> Transmission<N> {
         }
         let mut out = [[0.0; N]; N];
         let (mut link_after, mut motor_after) = ([0.0; N], [0.0; N]);
-        for ((out, joint), ratio) in out.iter_mut().zip(of_links).zip(&self.ratios).rev() {
+        for ((out, joint), ratio) in out.iter_mut().zip(&of_links).zip(&self.ratios).rev() {
             let columns = out.iter_mut().zip(joint);
             for ((out, joint), (link, motor)) in
                 columns.zip(link_after.iter_mut().zip(&mut motor_after))

@@ -49,7 +49,7 @@ struct Args {
     /// The task that is carried out
     #[arg(long)]
     task: Option<PathBuf>,
-    /// The task in real time by the mailbox, and nothing else
+    /// The task in real time by the mailbox, and nothing else: not proven to come to its end
     #[arg(long)]
     real_time: bool,
     /// Print the log of the image
@@ -117,15 +117,18 @@ fn run(args: &Args) -> Result<(), String> {
     let accepted = golden::read(&text);
     print!("{}", golden::table(&figures, &accepted));
     if args.bless {
-        return golden::bless(&figures, &args.golden).map_err(|error| error.to_string());
+        return golden::bless(&figures, &made_of.compiler, &args.golden)
+            .map_err(|error| error.to_string());
     }
     let outside = golden::outside(&figures, &accepted);
     if outside.is_empty() {
         return Ok(());
     }
     Err(format!(
-        "{} (--bless accepts what is meant)",
-        outside.join("; ")
+        "{} (made by {}, accepted of {}; --bless accepts what is meant)",
+        outside.join("; "),
+        made_of.compiler,
+        golden::compiler(&text).unwrap_or("nobody")
     ))
 }
 

@@ -25,6 +25,8 @@ pub struct Image {
     pub flash: u64,
     /// Bytes of RAM that are taken from the start, the stack not among them.
     pub ram: u64,
+    /// The version of the compiler, as the compiler says it; empty if it does not.
+    pub compiler: String,
     /// Functions and variables, with their addresses.
     pub symbols: Vec<(String, u64)>,
     /// Stack frames in bytes with the names of their functions, the largest first; none if the
@@ -64,12 +66,15 @@ impl Image {
                 Some((name.to_owned(), symbol.address() & !THUMB))
             })
             .collect();
+        let comment = file.section_by_name(".comment");
+        let comment = comment.and_then(|section| section.data().ok());
         let sizes = file.section_by_name(".stack_sizes");
         let sizes = sizes.and_then(|section| section.data().ok().map(<[u8]>::to_vec));
         let frames = frames(&sizes.unwrap_or_default(), &symbols);
         Ok(Self {
             flash,
             ram,
+            compiler: compiler(comment.unwrap_or_default()),
             symbols,
             frames,
         })
@@ -92,6 +97,13 @@ impl Image {
             .filter(|name| FORBIDDEN.iter().any(|part| name.contains(part)))
             .collect()
     }
+}
+
+/// The compiler's among texts that each end with a zero.
+fn compiler(comment: &[u8]) -> String {
+    let mut texts = comment.split(|byte| *byte == 0);
+    let ours = texts.find(|text| text.starts_with(b"rustc"));
+    String::from_utf8_lossy(ours.unwrap_or_default()).into_owned()
 }
 
 /// The compiler's table: address of a function (4 bytes), size of its frame (LEB128).
@@ -153,10 +165,21 @@ mod test {
     }
 
     #[test]
+    fn the_compiler_is_found_among_the_linkers_and_absent_in_none() {
+        assert_eq!(
+            compiler(b"Linker: LLD 14\0rustc version 1.96.0\0"),
+            "rustc version 1.96.0"
+        );
+        assert_eq!(compiler(b"Linker: LLD 14\0"), "");
+        assert_eq!(compiler(b""), "");
+    }
+
+    #[test]
     fn panics_and_heaps_are_forbidden() {
         let image = |name: &str| Image {
             flash: 0,
             ram: 0,
+            compiler: String::new(),
             symbols: vec![("main".into(), 0), (name.into(), 0)],
             frames: vec![],
         };

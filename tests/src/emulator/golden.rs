@@ -62,13 +62,19 @@ pub fn table(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> String {
     out
 }
 
-/// What a golden file says: a name and a number a line.
+/// What a golden file says: a name and a number a line, below the compiler.
 #[must_use]
 pub fn read(text: &str) -> BTreeMap<String, u64> {
     text.lines()
         .filter_map(|line| line.split_once(' '))
         .filter_map(|(name, value)| Some((name.to_owned(), value.trim().parse().ok()?)))
         .collect()
+}
+
+/// The compiler whose figures a golden file has.
+#[must_use]
+pub fn compiler(text: &str) -> Option<&str> {
+    text.lines().find_map(|line| line.strip_prefix("# "))
 }
 
 /// Those that left their band, and those that nobody accepted.
@@ -99,12 +105,12 @@ pub fn outside(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> Vec<Stri
     out
 }
 
-/// Accepts all of them.
+/// Accepts all of them, with the compiler that made the image.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn bless(figures: &[Figure], path: &Path) -> std::io::Result<()> {
-    let mut text = String::new();
+pub fn bless(figures: &[Figure], compiler: &str, path: &Path) -> std::io::Result<()> {
+    let mut text = format!("# {compiler}\n");
     for figure in figures {
         let _ = writeln!(text, "{} {}", figure.name, figure.value);
     }
@@ -125,6 +131,17 @@ mod test {
         for (a, b) in [(969, 7), (1031, 7), (1000, 8)] {
             assert_eq!(outside(&figures(a, b), &accepted).len(), 1, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn the_compiler_is_no_figure() {
+        let text = "# rustc version 1.95.0 (59807616e 2026-04-14)\na 7\n";
+        assert_eq!(
+            compiler(text),
+            Some("rustc version 1.95.0 (59807616e 2026-04-14)")
+        );
+        assert_eq!(read(text), BTreeMap::from([("a".to_owned(), 7)]));
+        assert_eq!(compiler("a 7\n"), None);
     }
 
     #[test]

@@ -129,7 +129,11 @@ impl<const N: usize> Client<N> {
         value: &[u8],
     ) -> Result<[u8; 8], ClientError> {
         self.ready()?;
-        let buffer = Vec::from_slice(value).map_err(|_| ClientError::TooLong)?;
+        // byte by byte: what `Vec` adds lengths with in one go can overflow, for all the compiler knows
+        let mut buffer = Vec::new();
+        for byte in value {
+            buffer.push(*byte).map_err(|_| ClientError::TooLong)?;
+        }
         self.buffer = buffer;
         self.deadline = now + self.timeout;
         self.state = State::DownloadInitiated { at };
