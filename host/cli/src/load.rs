@@ -28,7 +28,7 @@ enum Command {
     /// What every bus carries at worst, beside what a simulated homing of all robots measured.
     ///
     /// The worst case is the sum over all cyclic frames of their greatest length by their rate. A bus above
-    /// 80 % of its capacity is refused when a task begins on simulated buses. The demands of the servo steps, which an FD bus carries
+    /// 82 % of its capacity is refused when a task begins on simulated buses. The demands of the servo steps, which an FD bus carries
     /// besides, give way to everything else and do not count.
     Load(Load),
 }
