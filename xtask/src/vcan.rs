@@ -34,9 +34,10 @@ const SHELL: &str = "/bin/busybox";
 const SUITE: &str = "vcan::";
 /// The bus, FD; the other one is classical.
 const INTERFACES: [&str; 2] = ["vcan0", "vcan1"];
-/// Absence of the interfaces fails the suite if this is in its environment, and nothing else does
-/// it: [`required`].
+/// Where the suite cannot run it is a failure, if this is in the environment: [`required`].
 const REQUIRED: &str = "MRROC_VCAN";
+/// Tells the suite that it is where the interfaces must be; without it, its tests skip where there are none.
+const PRESENT: &str = "MRROC_ON_VCAN";
 /// Memory of the machine. It is taken as it is used.
 const MEMORY: &str = "mem=1G";
 /// The suite takes some two minutes; a machine that hangs is ended.
@@ -130,7 +131,7 @@ struct Job {
 impl Job {
     fn environment(&self) -> [(&'static str, String); 3] {
         [
-            (REQUIRED, "1".into()),
+            (PRESENT, "1".into()),
             ("MRROC_BINARIES", self.binaries.display().to_string()),
             ("RUST_BACKTRACE", "1".into()),
         ]
@@ -279,7 +280,7 @@ mod test {
         let script = job.script();
         assert!(script.starts_with("cd '"), "{script}");
         assert!(
-            script.contains("'MRROC_VCAN=1' 'MRROC_BINARIES=/t'"),
+            script.contains("'MRROC_ON_VCAN=1' 'MRROC_BINARIES=/t'"),
             "{script}"
         );
         let end = "'/t/deps/vcan-1' '--test-threads=1' '--nocapture' 'unplug'\n";

@@ -29,7 +29,7 @@ fn is_here(interface: &str) -> bool {
     let here = Path::new("/sys/class/net").join(interface).exists();
     if !here {
         assert!(
-            std::env::var_os("MRROC_VCAN").is_none(),
+            std::env::var_os("MRROC_ON_VCAN").is_none(),
             "there is no {interface}"
         );
         println!("skipped: no {interface}");
