@@ -3,8 +3,8 @@
 //!
 //! | PDO | when | carries | bytes |
 //! |---|---|---|---|
-//! | RPDO1 (csp) | latched at SYNC | controlword, target position [, torque offset] | 6 [8] |
-//! | RPDO2 (cst) | latched at SYNC | controlword, target torque [, torque offset] | 4 [6] |
+//! | RPDO1 (csp) | latched at SYNC | controlword, target position, torque offset if mapped | 6 or 8 |
+//! | RPDO2 (cst) | latched at SYNC | controlword, target torque, torque offset if mapped | 4 or 6 |
 //! | TPDO1 | every SYNC | statusword, actual position, actual torque | 8 |
 //! | TPDO2 | on change, at most once a millisecond | digital inputs, touch-probe status | 6 |
 //!
