@@ -24,12 +24,17 @@ const PROGRAMS: &[&[&str]] = &[
     &["build", "-p", "mrroc-bus", "--example", "hub"],
 ];
 
+/// Without Python it is a failure, if this is in the environment.
+const REQUIRED: &str = "MRROC_STRANGERS";
+
 /// Builds the programs, installs the tools as `requirements.txt` pins them, runs the tests. Without Python
-/// it says so, and that is no failure: nothing of ours needs it.
+/// it says so, and that is a failure only where it is required: nothing of ours needs it.
 pub(crate) fn check() -> Result<Findings> {
     let Some(python) = python() else {
-        eprintln!("not run: there is no python3 with the module venv");
-        return Ok(vec![]);
+        let obstacle = "not run: there is no python3 with the modules venv and ensurepip";
+        eprintln!("{obstacle}");
+        let required = std::env::var_os(REQUIRED).is_some();
+        return Ok(required.then(|| obstacle.to_owned()).into_iter().collect());
     };
     let mut findings = vec![];
     for arguments in PROGRAMS {

@@ -42,8 +42,8 @@ const INTEGRAL_RATIO: f64 = 8.0;
 /// Part of an axis' greatest velocity below which the compensation of dry friction fades out.
 const COULOMB_BLEND: f64 = 0.002;
 
-/// The time in which the model takes over from the integrals of drives that hold an arm, s: ten times what these
-/// take to give way.
+/// The time in which the model takes over from the integrals of drives that hold an arm, s: five times what these
+/// take to give way, at 10 1/s.
 const OFFSET_RAMP_S: f64 = 0.5;
 
 /// What the law needs of one motor.

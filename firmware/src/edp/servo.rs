@@ -150,8 +150,8 @@ const DIRECT_BANDWIDTH_RAD_S: f64 = 40.0;
 const DAMPING: f64 = 1.0;
 /// The integral's pole is so much slower than the bandwidth.
 const INTEGRAL_RATIO: f64 = 8.0;
-/// The same for direct drives: stable up to 2·10 times the inertia they are designed for, which is Polycrank without
-/// a payload.
+/// The same for direct drives: stable up to 2·10 times the inertia they are designed for, which is about what Polycrank
+/// has without a payload.
 const DIRECT_INTEGRAL_RATIO: f64 = 10.0;
 
 impl FeedForwardGains {

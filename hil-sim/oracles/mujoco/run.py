@@ -19,42 +19,16 @@ import statistics
 import subprocess
 import sys
 import time
-import venv
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-FOLDER = ROOT / "target" / "oracles"
+sys.path.insert(0, str(ROOT / "robots" / "oracles"))
+
+from environment import FOLDER, example, installed  # noqa: E402
+
 PACKAGES = ["mujoco==4.0.0"]
 STEP_S = 0.00025
 STEPS = 20_000
 GOAL = 2.0
-
-
-def skipped(reason):
-    print(f"SKIPPED: {reason}")
-    sys.exit(0)
-
-
-def installed():
-    """Runs this program again in an environment that has the packages."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    python = FOLDER / "venv" / "bin" / "python"
-    if not python.exists():
-        try:
-            venv.create(FOLDER / "venv", with_pip=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            skipped(f"no virtual environment: {error}")
-    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
-    done = subprocess.run(pip, capture_output=True, text=True)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or ["pip says nothing"]
-        skipped(f"cannot install {', '.join(PACKAGES)}: {lines[-1]}")
-    return python
-
-
-def example(package, name):
-    build = ["cargo", "build", "--release", "--quiet", "-p", package, "--example", name]
-    subprocess.run(build, cwd=ROOT, check=True)
-    return ROOT / "target" / "release" / "examples" / name
 
 
 def model(mujoco, urdf, axes, integrator, dry):
@@ -151,7 +125,7 @@ def main():
         print(f"MuJoCo's cheapest step costs {ratio:.2f} of ours, the goal is {GOAL}")
         sys.exit(0 if ratio >= GOAL else 1)
     rounds = sys.argv[1] if len(sys.argv) > 1 else "9"
-    sys.exit(subprocess.run([installed(), pathlib.Path(__file__).resolve(), "--compare", rounds]).returncode)
+    sys.exit(subprocess.run([installed(PACKAGES), pathlib.Path(__file__).resolve(), "--compare", rounds]).returncode)
 
 
 if __name__ == "__main__":

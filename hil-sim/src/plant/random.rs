@@ -32,6 +32,11 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
+    /// One of 0 to `n` − 1; `n` must not be 0, and is small beside 2⁶⁴.
+    pub const fn below(&mut self, n: u64) -> u64 {
+        self.next_u64() % n
+    }
+
     /// A coin.
     pub const fn coin(&mut self) -> bool {
         self.next_u64() >> 63 == 1

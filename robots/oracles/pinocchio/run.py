@@ -9,11 +9,12 @@ import re
 import shutil
 import subprocess
 import sys
-import venv
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parents[2]
-FOLDER = ROOT / "target" / "oracles"
+sys.path.insert(0, str(HERE.parent))
+
+from environment import FOLDER, example, installed  # noqa: E402
+
 # what Pinocchio's own CMake files define
 DEFINITIONS = [
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
@@ -22,33 +23,6 @@ DEFINITIONS = [
     "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
 ]
 PACKAGES = ["pin==4.1.0", "cmeel-eigen==3.4.1", "mujoco==4.0.0"]
-
-
-def skipped(reason):
-    print(f"SKIPPED: {reason}")
-    sys.exit(0)
-
-
-def installed():
-    """The Python of an environment that has the packages."""
-    python = FOLDER / "venv" / "bin" / "python"
-    if not python.exists():
-        try:
-            venv.create(FOLDER / "venv", with_pip=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            skipped(f"no virtual environment: {error}")
-    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
-    done = subprocess.run(pip, capture_output=True, text=True)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or ["pip says nothing"]
-        skipped(f"cannot install {', '.join(PACKAGES)}: {lines[-1]}")
-    return python
-
-
-def example(name):
-    build = ["cargo", "build", "--release", "--quiet", "-p", "mrroc-robots", "--example", name]
-    subprocess.run(build, cwd=ROOT, check=True)
-    return ROOT / "target" / "release" / "examples" / name
 
 
 def instructions(command, calls):
@@ -81,7 +55,7 @@ def cost(python, chain):
             errors = [line for line in done.stderr.splitlines() if "error" in line] or [done.stderr]
             print(f"cost SKIPPED: cost.cpp does not compile: {errors[0][:200]}")
             return
-    ours = example("dynamics_cost")
+    ours = example("mrroc-robots", "dynamics_cost")
     theirs_by, ours_by = ({}, {})
     for _ in range(5):
         for program_of, best in (([program, chain], theirs_by), ([ours], ours_by)):
@@ -101,9 +75,8 @@ def cost(python, chain):
 
 
 def main():
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    python = installed()
-    oracle = example("dynamics_oracle")
+    python = installed(PACKAGES)
+    oracle = example("mrroc-robots", "dynamics_oracle")
     compared = subprocess.run([python, HERE / "compare.py", oracle, FOLDER, *sys.argv[1:]])
     cost(python, FOLDER / "polycrank.chain")
     sys.exit(compared.returncode)

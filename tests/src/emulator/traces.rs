@@ -8,6 +8,7 @@ use board::boot::Boot;
 use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::drive::DriveFault;
+use hil_sim::plant::random::SplitMix64;
 use protocol::frame::{Frame, Id};
 use protocol::message::{Instruction, NodeState, Request, ServoLaw, StopKind};
 use protocol::time::Micros;
@@ -16,30 +17,6 @@ use robots::{RobotKind, TrackRule};
 
 /// How long each lives.
 pub const LENGTH: Micros = Micros::from_millis(2000);
-
-/// Numbers that look random, by Steele's `SplitMix64`.
-#[derive(Clone, Copy, Debug)]
-struct Draw(u64);
-
-impl Draw {
-    const fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    const fn below(&mut self, n: u64) -> u64 {
-        self.next() % n
-    }
-
-    /// From −1 to 1.
-    #[expect(clippy::cast_precision_loss, reason = "53 bits")]
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
 
 const LAWS: [ServoLaw; 4] = [
     ServoLaw::DrivePosition,
@@ -78,7 +55,7 @@ pub fn live(kind: RobotKind, seed: u64) -> Tape {
     let (node, drives) = in_process(&boot).expect("a node");
     let (recorder, recording) = Recorder::new(node, boot.clone());
     let mut c = Coordinator::with_node(&boot, Box::new(recorder), &drives);
-    let mut draw = Draw(seed);
+    let mut draw = SplitMix64::new(seed);
     // asks for torque as soon as it can
     let mut enabled = false;
     while c.cell.now() < LENGTH {
@@ -100,7 +77,7 @@ fn ask(c: &mut Coordinator, request: impl FnOnce(u32) -> Request) {
 }
 
 /// What a coordinator, a drive or a disturbance does in one macrostep.
-fn act(c: &mut Coordinator, draw: &mut Draw, kind: RobotKind) {
+fn act(c: &mut Coordinator, draw: &mut SplitMix64, kind: RobotKind) {
     let axes = kind.axes();
     let axis = usize::try_from(draw.below(axes as u64)).unwrap_or(0);
     match draw.below(40) {
@@ -131,7 +108,7 @@ fn act(c: &mut Coordinator, draw: &mut Draw, kind: RobotKind) {
             }
         }
         8..=11 => {
-            let bytes = draw.next().to_le_bytes();
+            let bytes = draw.next_u64().to_le_bytes();
             let length = usize::try_from(draw.below(9)).unwrap_or(0);
             let id = u32::try_from(draw.below(1 << 29)).unwrap_or(0);
             if let Some(frame) = Frame::classic(Id::Extended(id), &bytes[..length]) {
@@ -139,9 +116,12 @@ fn act(c: &mut Coordinator, draw: &mut Draw, kind: RobotKind) {
             }
         }
         12..=19 => {
-            let target = (0..axes).map(|_| 20.0 * draw.unit()).collect();
+            let target = (0..axes).map(|_| 20.0 * draw.between(-1.0, 1.0)).collect();
             #[expect(clippy::cast_possible_truncation, reason = "a speed")]
-            let (v, a) = (draw.unit().abs() as f32, draw.unit().abs() as f32);
+            let (v, a) = (
+                draw.between(-1.0, 1.0).abs() as f32,
+                draw.between(-1.0, 1.0).abs() as f32,
+            );
             let _ = c.try_begin(Instruction::MoveMotors {
                 target,
                 relative: true,
