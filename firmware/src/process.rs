@@ -108,11 +108,6 @@ impl Station {
             return Err(error);
         }
         let shared = self.one_wire && others > 0;
-        let master = if self.one_wire {
-            FIRST_MASTER.saturating_sub(others)
-        } else {
-            FIRST_MASTER
-        };
         let config = NodeConfig {
             node: NodeId::effector(self.effector).unwrap_or(NodeId::MP),
             unique_id: self.unique_id,
@@ -123,12 +118,23 @@ impl Station {
             } else {
                 DEFAULT_COB
             },
-            master: DriveId::new(master).unwrap_or(DriveId::FIRST),
+            master: self.master(),
             law: self.law,
             velocity_factor: self.velocity_factor,
         };
         config.validate()?;
         Ok(config)
+    }
+
+    /// The node's own number on the buses of its drives.
+    #[must_use]
+    pub fn master(&self) -> DriveId {
+        let before = if self.one_wire {
+            self.effector.saturating_sub(1)
+        } else {
+            0
+        };
+        DriveId::new(FIRST_MASTER.saturating_sub(before)).unwrap_or(DriveId::FIRST)
     }
 }
 

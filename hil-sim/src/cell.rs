@@ -83,7 +83,8 @@ struct Place {
     node: Box<dyn NodeProcess + Send>,
     robot: SimRobot,
     wires: Vec<Wire>,
-    rx: Vec<Received>,
+    /// For the node's next step, with the ns of their ends.
+    rx: Vec<(u64, Received)>,
     spill: Vec<Sent>,
     first_bus: usize,
 }
@@ -134,15 +135,7 @@ impl Cell {
         buses: &[u8],
         seed: u64,
     ) -> Result<(), CellError> {
-        let (node, drives) = kind.visit(
-            station.track,
-            Build {
-                kind,
-                station,
-                buses,
-                now: self.now(),
-            },
-        )?;
+        let (node, drives) = node(kind, station, buses, self.now())?;
         self.add_node(kind, node, &drives, seed)
     }
 
@@ -301,11 +294,12 @@ impl Cell {
             }
             for (k, place) in places.iter_mut().enumerate() {
                 if delivery.reaches(k + 1) {
-                    place.rx.push(Received {
+                    let received = Received {
                         port: Port::Mp,
                         at,
                         frame: *delivery.frame,
-                    });
+                    };
+                    place.rx.push((delivery.at_ns, received));
                 }
             }
         });
@@ -328,8 +322,11 @@ impl Cell {
                 continue;
             }
             let mut synced = false;
-            let (wires, rx) = (&mut place.wires, &place.rx);
-            place.node.step(now, rx, &mut |port, frame| {
+            // buses advance one after the other; of what ends at once the MP's comes first
+            place.rx.sort_by_key(|(at_ns, _)| *at_ns);
+            let rx: Vec<Received> = place.rx.drain(..).map(|(_, received)| received).collect();
+            let wires = &mut place.wires;
+            place.node.step(now, &rx, &mut |port, frame| {
                 let posted = match port {
                     Port::Mp => mp_wire.post(k + 1, *now_ns, frame),
                     Port::Drives(bus) => {
@@ -344,7 +341,6 @@ impl Cell {
                     refused.push(error);
                 }
             });
-            place.rx.clear();
             if synced {
                 observer.outputs(k, *now_ns, place.robot.outputs());
                 observer.motors(k, *now_ns, place.robot.motor_rad());
@@ -369,11 +365,12 @@ impl Place {
                 observer.frame(*first_bus + bus, delivery.at_ns, delivery.frame);
                 let number = u8::try_from(bus).unwrap_or(u8::MAX);
                 if delivery.reaches(NODE_TAP) {
-                    rx.push(Received {
+                    let received = Received {
                         port: Port::Drives(number),
                         at: Micros(delivery.at_ns / 1000),
                         frame: *delivery.frame,
-                    });
+                    };
+                    rx.push((delivery.at_ns, received));
                 }
                 if !delivery.reaches(DRIVES_TAP) {
                     return;
@@ -395,6 +392,28 @@ impl Place {
             }
         }
     }
+}
+
+/// The node that every robot of a kind has, begun at `now`, and where it expects its drives; `buses` as for
+/// [`Cell::add`].
+///
+/// # Errors
+/// [`CellError`]
+pub fn node(
+    kind: RobotKind,
+    station: &Station,
+    buses: &[u8],
+    now: Micros,
+) -> Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError> {
+    kind.visit(
+        station.track,
+        Build {
+            kind,
+            station,
+            buses,
+            now,
+        },
+    )
 }
 
 /// Makes the node of a robot and says where its drives are.

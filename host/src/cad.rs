@@ -29,7 +29,7 @@ pub mod svg;
 #[cfg(test)]
 mod test;
 
-use crate::input::{DataError, LoadError, Problem, read_text_up_to, shown};
+use crate::input::{DataError, Files, LoadError, Problem, shown};
 use crate::path::{MOST_POINTS, Mark, ToolPath};
 use gcode::Gcode;
 use outline::{Engrave, Outline, Outlines};
@@ -152,7 +152,7 @@ impl Program {
     ///
     /// # Errors
     /// It cannot be read, or the first mistake in it.
-    pub fn open(path: &Path, options: &Options) -> Result<Self, LoadError> {
+    pub fn open(path: &Path, files: &Files, options: &Options) -> Result<Self, LoadError> {
         let Some(format) = Format::of(path) else {
             let ending = path.extension().unwrap_or_default().to_string_lossy();
             let what = "a file of another kind";
@@ -160,7 +160,7 @@ impl Program {
             let error = DataError::at((1, 1), Problem::UnknownName, what, expected, shown(&ending));
             return Err(error.in_file(path).into());
         };
-        let text = read_text_up_to(path, MAX_BYTES)?;
+        let text = files.read_up_to(path, MAX_BYTES)?;
         let program = Self::read(text, format, options);
         Ok(program.map_err(|error| error.in_file(path))?)
     }

@@ -3,6 +3,8 @@
 //! An error in a file always reads `path:line:column: error: what (expected …, got …)`, on one
 //! line, whatever bytes the file contains.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -166,19 +168,64 @@ pub enum LoadError {
     Data(#[from] DataError),
 }
 
-/// Reads a text file of at most [`MAX_BYTES`]; a byte order mark is dropped.
-///
-/// # Errors
-/// The file is absent, not regular (a pipe is never waited for), refused, too large or not UTF-8.
-pub fn read_text(path: &Path) -> Result<String, InputError> {
-    read_text_up_to(path, MAX_BYTES)
+/// Where files come from: the disk, or texts that were kept. What was read is remembered, so that a record of
+/// a run can hold everything that it was made of.
+#[derive(Debug, Default)]
+pub struct Files {
+    kept: Option<BTreeMap<PathBuf, String>>,
+    read: RefCell<BTreeMap<PathBuf, String>>,
 }
 
-/// As [`read_text`], of at most so many bytes.
-///
-/// # Errors
-/// As [`read_text`].
-pub fn read_text_up_to(path: &Path, most: u64) -> Result<String, InputError> {
+impl Files {
+    /// Those of the disk.
+    #[must_use]
+    pub fn on_disk() -> Self {
+        Self::default()
+    }
+
+    /// These texts, by their paths, and no others.
+    #[must_use]
+    pub fn kept(texts: BTreeMap<PathBuf, String>) -> Self {
+        Self {
+            kept: Some(texts),
+            read: RefCell::default(),
+        }
+    }
+
+    /// What was read so far, by its path.
+    #[must_use]
+    pub fn into_read(self) -> BTreeMap<PathBuf, String> {
+        self.read.into_inner()
+    }
+
+    /// Reads a text file of at most [`MAX_BYTES`].
+    ///
+    /// # Errors
+    /// As [`Self::read_up_to`].
+    pub fn read(&self, path: &Path) -> Result<String, InputError> {
+        self.read_up_to(path, MAX_BYTES)
+    }
+
+    /// Reads a text file of at most so many bytes; a byte order mark is dropped.
+    ///
+    /// # Errors
+    /// The file is absent, not regular (a pipe is never waited for), refused, too large or not UTF-8.
+    pub fn read_up_to(&self, path: &Path, most: u64) -> Result<String, InputError> {
+        let text = match &self.kept {
+            None => from_disk(path, most)?,
+            Some(texts) => {
+                let text = texts.get(path).cloned();
+                text.ok_or_else(|| InputError::Absent(path.to_path_buf()))?
+            }
+        };
+        self.read
+            .borrow_mut()
+            .insert(path.to_path_buf(), text.clone());
+        Ok(text)
+    }
+}
+
+fn from_disk(path: &Path, most: u64) -> Result<String, InputError> {
     let io = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => InputError::Absent(path.to_path_buf()),
         std::io::ErrorKind::PermissionDenied => InputError::Refused(path.to_path_buf()),
@@ -281,34 +328,53 @@ mod test {
     fn devices_directories_and_absent_files_are_told_apart() {
         let directory = std::env::temp_dir();
         assert!(matches!(
-            read_text(&directory),
+            Files::on_disk().read(&directory),
             Err(InputError::NotAFile(_))
         ));
         assert!(matches!(
-            read_text(&directory.join("mrroc-no-such-file")),
+            Files::on_disk().read(&directory.join("mrroc-no-such-file")),
             Err(InputError::Absent(_))
         ));
         #[cfg(unix)]
         assert!(matches!(
-            read_text(Path::new("/dev/zero")),
+            Files::on_disk().read(Path::new("/dev/zero")),
             Err(InputError::NotAFile(_))
         ));
+    }
+
+    #[test]
+    fn what_was_read_can_be_read_again_without_the_disk_and_nothing_else() {
+        let path = std::env::temp_dir().join(format!("mrroc-kept-{}", std::process::id()));
+        std::fs::write(&path, "text").unwrap();
+        let files = Files::on_disk();
+        assert_eq!(files.read(&path).unwrap(), "text");
+        std::fs::remove_file(&path).unwrap();
+        let kept = Files::kept(files.into_read());
+        assert_eq!(kept.read(&path).unwrap(), "text");
+        assert!(matches!(
+            kept.read(&std::env::temp_dir()),
+            Err(InputError::Absent(_))
+        ));
+        assert_eq!(kept.into_read().len(), 1);
     }
 
     #[test]
     fn the_size_limit_is_exact() {
         let path = std::env::temp_dir().join(format!("mrroc-size-{}", std::process::id()));
         std::fs::write(&path, vec![b'x'; 1 << 20]).unwrap();
-        assert_eq!(read_text(&path).unwrap().len(), 1 << 20);
+        assert_eq!(Files::on_disk().read(&path).unwrap().len(), 1 << 20);
         std::fs::write(&path, vec![b'x'; (1 << 20) + 1]).unwrap();
         assert!(matches!(
-            read_text(&path),
+            Files::on_disk().read(&path),
             Err(InputError::TooLarge(_, MAX_BYTES))
         ));
         std::fs::write(&path, b"\xef\xbb\xbfa\xff").unwrap();
-        assert!(matches!(read_text(&path), Err(InputError::NotText(_, 4))));
+        assert!(matches!(
+            Files::on_disk().read(&path),
+            Err(InputError::NotText(_, 4))
+        ));
         std::fs::write(&path, b"\xef\xbb\xbfab").unwrap();
-        assert_eq!(read_text(&path).unwrap(), "ab");
+        assert_eq!(Files::on_disk().read(&path).unwrap(), "ab");
         std::fs::remove_file(&path).unwrap();
     }
 }

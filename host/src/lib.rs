@@ -9,6 +9,7 @@ pub mod mp;
 pub mod path;
 pub mod plot;
 pub mod program;
+pub mod record;
 pub mod summary;
 pub mod task;
 pub mod trj;

@@ -37,7 +37,7 @@
 //! judged when the step begins.
 
 use crate::error::Error;
-use crate::input::{DataError, LoadError, Problem};
+use crate::input::{DataError, Files, LoadError, Problem};
 use crate::path::Reference;
 use crate::trj::Trajectory;
 use document::{Document, Fields};
@@ -228,8 +228,8 @@ impl Task {
     ///
     /// # Errors
     /// A file cannot be read, or the first mistake in one, with line and column.
-    pub fn load(path: &Path) -> Result<Self, LoadError> {
-        Document::load(path, read)
+    pub fn load(path: &Path, files: &Files) -> Result<Self, LoadError> {
+        Document::load(path, files, read)
     }
 
     /// Reads a task from text; paths in it are relative to the working directory.
@@ -237,15 +237,19 @@ impl Task {
     /// # Errors
     /// As [`Task::load`].
     pub fn parse(text: &str) -> Result<Self, DataError> {
-        read(&Document { path: None, text })
+        read(&Document {
+            path: None,
+            text,
+            files: &Files::on_disk(),
+        })
     }
 
     /// The task of replaying one taught file after homing.
     ///
     /// # Errors
     /// The file cannot be read or is not a trajectory for this robot.
-    pub fn replay(path: &Path, kind: RobotKind) -> Result<Self, LoadError> {
-        let trajectory = crate::trj::load(path, kind.axes())?;
+    pub fn replay(path: &Path, files: &Files, kind: RobotKind) -> Result<Self, LoadError> {
+        let trajectory = crate::trj::load(path, files, kind.axes())?;
         let mut task = Self::homing(&[kind]);
         task.title = path.file_name().map_or_else(
             || kind.name().to_owned(),
@@ -355,12 +359,13 @@ impl Task {
     pub fn single_path(
         kind: RobotKind,
         file: &Path,
+        files: &Files,
         reference: Reference,
         feed_m_s: Option<f64>,
     ) -> Result<Self, LoadError> {
         let mut task = Self::homing(&[kind]);
         task.title = format!("path {kind}");
-        let path = path::load(file)?;
+        let path = path::load(file, files)?;
         task.steps.push(Step {
             name: task.title.clone(),
             line: 0,
@@ -452,7 +457,7 @@ fn read(document: &Document<'_>) -> Result<Task, DataError> {
     let value = fields.required("cell")?;
     let cell = if value.is_text() {
         let path = document.resolve(value.text()?);
-        match Cell::load(&path) {
+        match Cell::load(&path, document.files) {
             Ok(cell) => cell,
             Err(LoadError::Data(error)) => return Err(error),
             Err(LoadError::Input(error)) => {

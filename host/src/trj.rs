@@ -18,7 +18,7 @@
 //! the declared number of nodes is run, and columns beyond the robot's axes, which moved the
 //! gripper when it still was an axis of the arm, are skipped. Both are said in a [`Warning`].
 
-use crate::input::{DataError, LoadError, MAX_LINE_BYTES, Problem, read_text, shown};
+use crate::input::{DataError, Files, LoadError, MAX_LINE_BYTES, Problem, shown};
 use motion::pose::{Pose, exp};
 use nalgebra::Vector3;
 use std::fmt;
@@ -213,8 +213,8 @@ impl Trajectory {
 ///
 /// # Errors
 /// As [`parse`], and a file that cannot be read.
-pub fn load(path: &Path, axes: usize) -> Result<Trajectory, LoadError> {
-    let text = read_text(path)?;
+pub fn load(path: &Path, files: &Files, axes: usize) -> Result<Trajectory, LoadError> {
+    let text = files.read(path)?;
     Ok(parse(&text, axes).map_err(|error| error.in_file(path))?)
 }
 

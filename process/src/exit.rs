@@ -6,6 +6,7 @@
 //! | 10 | a fault ended the motion; the robots stopped and the fault is latched |
 //! | 11 | a target was refused or cannot be reached; nothing moved for it |
 //! | 12 | stopped by the operator |
+//! | 13 | a replay differs from its record |
 //! | 64 | wrong use of the command line |
 //! | 65 | a file has wrong contents |
 //! | 66 | a file cannot be opened for reading |
@@ -18,7 +19,7 @@
 //! | 77 | the system refuses access |
 //! | 78 | the robots that answer are not those of the cell |
 //!
-//! 64 to 78 are those of BSD `sysexits.h`; 10 to 12 are ours.
+//! 64 to 78 are those of BSD `sysexits.h`; 10 to 13 are ours.
 
 /// Done.
 pub const OK: u8 = 0;
@@ -28,6 +29,8 @@ pub const FAULT: u8 = 10;
 pub const REFUSED: u8 = 11;
 /// Stopped by the operator.
 pub const STOPPED: u8 = 12;
+/// A replay differs from its record.
+pub const DIFFERENT: u8 = 13;
 /// Wrong use of the command line.
 pub const USAGE: u8 = 64;
 /// A file has wrong contents.
@@ -52,11 +55,12 @@ pub const PERMISSION: u8 = 77;
 pub const CONFIG: u8 = 78;
 
 /// Every code and what it means.
-pub const ALL: [(u8, &str); 15] = [
+pub const ALL: [(u8, &str); 16] = [
     (OK, "done"),
     (FAULT, "a fault ended the motion"),
     (REFUSED, "a target was refused or cannot be reached"),
     (STOPPED, "stopped by the operator"),
+    (DIFFERENT, "a replay differs from its record"),
     (USAGE, "wrong use of the command line"),
     (DATA, "a file has wrong contents"),
     (NO_INPUT, "a file cannot be opened for reading"),

@@ -6,6 +6,7 @@
 //! | [`binary`] | the operator's command, built once and run as a process |
 //! | [`coordinator`] | an MP of a few lines, to command one robot in lock step |
 //! | [`job`] | a whole task in this process, looked on |
+//! | [`stalls`] | scenarios in real time, on a machine that others use too |
 //! | [`watch`] | the independent observer of set-points: limits by finite differences |
 //! | [`digest`] | a record as one number |
 //! | [`emulator`] | the node on an emulated microcontroller |
@@ -16,6 +17,7 @@ pub mod coordinator;
 pub mod digest;
 pub mod emulator;
 pub mod job;
+pub mod stalls;
 pub mod watch;
 
 use std::path::{Path, PathBuf};

@@ -2,6 +2,7 @@
 //! buses, in lock step, with every law, and every limit kept. Axes without end go beyond what 32 bits
 //! count.
 
+use host::input::Files;
 use host::mp::arm::{arm, motor_angles, unit_rad};
 use host::task::Task;
 use mrroc_tests::coordinator::{Coordinator, speeds};
@@ -353,7 +354,11 @@ fn a_line_that_would_begin_with_a_jump_of_the_track_is_refused_at_rest() {
 
 #[test]
 fn every_kind_works_in_one_cell() {
-    let task = Task::load(&workspace().join("tasks/laboratory.toml")).unwrap();
+    let task = Task::load(
+        &workspace().join("tasks/laboratory.toml"),
+        &Files::on_disk(),
+    )
+    .unwrap();
     let mut kinds: Vec<_> = task.cell.robots.iter().map(|robot| robot.kind).collect();
     kinds.sort_by_key(|kind| kind.effector());
     assert_eq!(kinds, RobotKind::ALL, "a kind is missing in the task");

@@ -3,6 +3,7 @@
 //! every kind of stop, and in the main job.
 
 use hil_sim::plant::random::SplitMix64;
+use host::input::Files;
 use host::task::Task;
 use mrroc_tests::coordinator::{Coordinator, FACTOR, speeds};
 use mrroc_tests::watch::{Watch, Watches};
@@ -267,7 +268,7 @@ fn knots_are_joined_without_steps_of_velocity_or_acceleration() {
 
 #[test]
 fn the_main_job() {
-    let task = Task::load(&workspace().join("tasks/two-arms.toml")).unwrap();
+    let task = Task::load(&workspace().join("tasks/two-arms.toml"), &Files::on_disk()).unwrap();
     let mut first_bus = 1;
     let mut watches = Vec::new();
     for (spec, j) in task.cell.robots.iter().zip([1, 2]) {

@@ -18,6 +18,7 @@ mod witness;
 
 use child::Process;
 use coordinator::Coordinator;
+use mrroc_tests::stalls::in_real_time;
 use protocol::fault::{Cause, Refusal};
 use protocol::message::{NodeState, Progress, Reply, Request};
 use std::net::TcpListener;
@@ -29,11 +30,15 @@ const SHORT_RAD: f64 = 1.0;
 const LONG_RAD: f64 = 40.0;
 
 #[test]
+fn a_node_whose_coordinator_disappears_stops_on_its_path_and_says_why() {
+    in_real_time(a_coordinator_disappears);
+}
+
 #[expect(
     clippy::too_many_lines,
     reason = "one story: starting the processes is dear"
 )]
-fn a_node_whose_coordinator_disappears_stops_on_its_path_and_says_why() {
+fn a_coordinator_disappears() {
     let mut args: Vec<&str> = ROBOTS.iter().map(|(name, ..)| *name).collect();
     args.extend(["--bus", "hub:0", "--json"]);
     let mut simulator = Process::start("mrroc-hil-sim", &args);

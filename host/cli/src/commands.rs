@@ -1,24 +1,27 @@
 //! The command line: subcommands in the field's words.
 
+use crate::PROGRAM;
 use crate::dbc::Dbc;
 use crate::eds::Eds;
 use crate::kin::Kin;
 use crate::load::Bus;
 use crate::monitor;
 use crate::plan::Plan;
+use crate::replay;
 use crate::robot::Robot;
-use crate::run::{Finished, Options, catch_interrupt, run};
+use crate::run::{Finished, Options, Record, catch_interrupt, run};
 use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Place};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use host::error::Error;
+use host::input::Files;
 use host::path::Reference;
 use host::task::{self, Task};
 use process::{End, exit};
 use protocol::message::StopKind;
 use robots::RobotKind;
 use std::io::{BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Multi-robot controller: runs, watches, records and draws.
 #[derive(Parser, Debug)]
@@ -31,13 +34,13 @@ pub(crate) struct Cli {
 /// Exit codes, as in [`exit`].
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 10 a fault ended the motion; 11 a target was refused or cannot be reached; \
-12 stopped by the operator; 64 wrong use; 65 wrong contents of a file; 66 a file cannot be read; \
+12 stopped by the operator; 13 a replay differs from its record; 64 wrong use; 65 wrong contents of a file; 66 a file cannot be read; \
 69 a node or a bus is not there; 70 internal error; 73 a file cannot be created; 74 I/O error; \
 75 another MP holds the lease; 76 another protocol; 77 no permission; 78 other robots than the cell's.";
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Run a task, or replay one taught trajectory (.trj) on a robot.
+    /// Run a task, or one taught trajectory (.trj) on a robot.
     Run(RunArgs),
     /// Home robots, axis by axis.
     Home(HomeArgs),
@@ -45,6 +48,8 @@ enum Command {
     Move(MoveArgs),
     /// Stop every robot on a bus; needs no lease.
     Stop(StopArgs),
+    /// Feed a record (.mcap) back to the Master Process and the nodes, and compare what they send.
+    Replay(replay::Replay),
     /// Watch the nodes on a bus: states, joints, faults.
     Monitor(monitor::Monitor),
     /// Kinematics: poses, joints, motors, Jacobians.
@@ -80,7 +85,7 @@ struct Common {
     /// Pace virtual time by the wall clock.
     #[arg(long)]
     realtime: bool,
-    /// Write every frame of every bus as a candump log.
+    /// Write every frame of every bus: .mcap (can be replayed), or any other name for a candump log.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Draw what happened (.svg or .png); may be given several times.
@@ -98,26 +103,33 @@ struct Common {
 }
 
 impl Common {
-    fn options(&self) -> Options {
+    fn options(&self, files: Files) -> Options {
+        let record = self.record.clone().map(|path| Record {
+            path,
+            arguments: std::env::args_os()
+                .skip(1)
+                .map(|argument| argument.to_string_lossy().into_owned())
+                .collect(),
+            files: files.into_read(),
+        });
         Options {
             bus: self.bus.clone(),
             realtime: self.realtime,
-            record: self.record.clone(),
+            record,
             plots: self.plot.clone(),
             json: self.json,
             quiet: self.quiet,
         }
     }
 
-    fn run(&self, mut task: Task, path: Option<&Path>) -> Result<u8, Error> {
-        if let Some(seed) = self.seed {
-            task.seed = seed;
-        }
+    fn run(&self, asked: impl FnOnce(&Files) -> Result<Asked, Error>) -> Result<u8, Error> {
+        let files = Files::on_disk();
+        let Asked { task, path } = asked(&files)?;
         for warning in task.warnings() {
             let _ = writeln!(std::io::stderr(), "mrroc: warning: {warning}");
         }
         catch_interrupt()?;
-        let Finished { summary, exit_code } = run(task, path, &self.options())?;
+        let Finished { summary, exit_code } = run(task, path.as_deref(), &self.options(files))?;
         let mut out = std::io::stdout().lock();
         let text = if self.json {
             summary
@@ -133,6 +145,22 @@ impl Common {
             let _ = writeln!(std::io::stderr(), "mrroc: {error}");
         }
         Ok(exit_code)
+    }
+}
+
+/// A task that was asked for.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    pub(crate) task: Task,
+    /// Its file, for messages.
+    pub(crate) path: Option<PathBuf>,
+}
+
+impl Asked {
+    fn new(task: Task, path: Option<PathBuf>, common: &Common) -> Self {
+        let seed = common.seed.unwrap_or(task.seed);
+        let task = Task { seed, ..task };
+        Self { task, path }
     }
 }
 
@@ -254,19 +282,28 @@ pub(crate) fn robot(name: &str) -> Result<RobotKind, Error> {
 }
 
 impl Cli {
+    /// The task that a process with these arguments was asked for; `None` if it was something else.
+    pub(crate) fn asked(
+        arguments: impl IntoIterator<Item = String>,
+        files: &Files,
+    ) -> Result<Option<Asked>, End> {
+        let name = std::iter::once(PROGRAM.to_owned());
+        let cli = Self::try_parse_from(name.chain(arguments))?;
+        Ok(match cli.command {
+            Command::Run(args) => Some(args.asked(files)?),
+            Command::Home(args) => Some(args.asked()?),
+            Command::Move(args) => Some(args.asked(files)?),
+            _ => None,
+        })
+    }
+
     /// Carry out the command; the exit code.
     pub(crate) fn run(self) -> Result<u8, End> {
         Ok(match self.command {
-            Command::Run(args) => args.run()?,
-            Command::Home(args) => {
-                let kinds = args
-                    .robots
-                    .iter()
-                    .map(|n| robot(n))
-                    .collect::<Result<Vec<_>, _>>()?;
-                args.common.run(Task::homing(&kinds), None)?
-            }
-            Command::Move(args) => args.run()?,
+            Command::Run(args) => args.common.run(|files| args.asked(files))?,
+            Command::Home(args) => args.common.run(|_| args.asked())?,
+            Command::Move(args) => args.common.run(|files| args.asked(files))?,
+            Command::Replay(replay) => replay.run(&mut std::io::stdout().lock())?,
             Command::Stop(args) => monitor::stop(&args.bus, args.kind)?,
             Command::Monitor(args) => args.run()?,
             Command::Kin(kin) => {
@@ -308,14 +345,22 @@ impl Cli {
     }
 }
 
+impl HomeArgs {
+    fn asked(&self) -> Result<Asked, Error> {
+        let kinds = self.robots.iter().map(|name| robot(name));
+        let kinds = kinds.collect::<Result<Vec<_>, _>>()?;
+        Ok(Asked::new(Task::homing(&kinds), None, &self.common))
+    }
+}
+
 impl RunArgs {
-    fn run(self) -> Result<u8, Error> {
+    fn asked(&self, files: &Files) -> Result<Asked, Error> {
         let extension = self
             .file
             .extension()
             .map(|e| e.to_string_lossy().to_lowercase());
         let task = match (extension.as_deref(), &self.robot) {
-            (Some("trj"), Some(name)) => Task::replay(&self.file, robot(name)?)?,
+            (Some("trj"), Some(name)) => Task::replay(&self.file, files, robot(name)?)?,
             (Some("trj"), None) => {
                 return Err(Error::Usage {
                     what: "a .trj file says nothing of its robot".into(),
@@ -330,14 +375,15 @@ impl RunArgs {
                     got: self.file.display().to_string(),
                 });
             }
-            (_, None) => Task::load(&self.file)?,
+            (_, None) => Task::load(&self.file, files)?,
         };
-        self.common.run(task, Some(&self.file))
+        let path = Some(self.file.clone());
+        Ok(Asked::new(task, path, &self.common))
     }
 }
 
 impl MoveArgs {
-    fn run(self) -> Result<u8, Error> {
+    fn asked(&self, files: &Files) -> Result<Asked, Error> {
         let kind = robot(&self.robot)?;
         if let Some(file) = &self.target.path {
             let reference = if self.relative {
@@ -345,22 +391,22 @@ impl MoveArgs {
             } else {
                 Reference::Base
             };
-            let task = Task::single_path(kind, file, reference, self.feed)?;
-            return self.common.run(task, None);
+            let task = Task::single_path(kind, file, files, reference, self.feed)?;
+            return Ok(Asked::new(task, None, &self.common));
         }
-        let target = match self.target {
+        let target = match &self.target {
             MoveTarget {
                 joints: Some(values),
                 ..
-            } => task::MoveTarget::Joints(values),
+            } => task::MoveTarget::Joints(values.clone()),
             MoveTarget {
                 motors: Some(values),
                 ..
-            } => task::MoveTarget::Motors(values),
-            MoveTarget { pose, .. } => task::MoveTarget::Pose(pose.unwrap_or_default()),
+            } => task::MoveTarget::Motors(values.clone()),
+            MoveTarget { pose, .. } => task::MoveTarget::Pose(pose.clone().unwrap_or_default()),
         };
         let task = Task::single_move(kind, target, self.relative, self.speed)?;
-        self.common.run(task, None)
+        Ok(Asked::new(task, None, &self.common))
     }
 }
 

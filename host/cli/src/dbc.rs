@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use host::input::Files;
 use host::task::{Cell, RobotSpec};
 use process::{End, exit};
 use protocol::canopen::node::{Function, NodeId as DriveId};
@@ -40,7 +41,7 @@ impl Dbc {
     /// # Errors
     /// The cell cannot be read, has no such bus, or the database cannot be written.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), End> {
-        let cell = Cell::load(&self.cell).map_err(host::error::Error::from)?;
+        let cell = Cell::load(&self.cell, &Files::on_disk()).map_err(host::error::Error::from)?;
         let text = database(&cell, self.bus.as_deref())?;
         written(self.output, out, &text)
     }

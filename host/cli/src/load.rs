@@ -6,7 +6,7 @@ use crate::run::{Finished, Options, run};
 use bus::spec::BusSpec;
 use clap::{Args, Subcommand};
 use host::error::Error;
-use host::input::LoadError;
+use host::input::{Files, LoadError};
 use host::program::config_of;
 use host::summary::BusSummary;
 use host::task::{Action, BusKind, Cell, Step, Task};
@@ -49,7 +49,7 @@ impl Bus {
     /// Carries it out; the exit code: [`exit::OK`] if every bus has room for its traffic.
     pub(crate) fn run(&self, out: &mut impl Write) -> Result<u8, Error> {
         let Command::Load(load) = &self.command;
-        let cell = Cell::load(&load.file).map_err(|error| match error {
+        let cell = Cell::load(&load.file, &Files::on_disk()).map_err(|error| match error {
             LoadError::Input(error) => Error::from(error),
             LoadError::Data(error) => Error::from(error),
         })?;

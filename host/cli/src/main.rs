@@ -13,6 +13,7 @@ mod monitor;
 mod observe;
 mod plan;
 mod record;
+mod replay;
 mod report;
 mod robot;
 mod run;

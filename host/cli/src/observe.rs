@@ -13,6 +13,7 @@ use host::mp::arm::{Arm, motor_angles, unit_rad};
 use host::plot::{AxisPlot, PlotData, RobotPlot, StepMark};
 use host::program::Segment;
 use host::program::progress::Followed;
+use host::record::MasterStep;
 use host::task::Cell;
 use motion::Pose;
 use nalgebra::Vector3;
@@ -24,7 +25,6 @@ use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
 use robots::AxisHoming;
-use std::path::Path;
 
 /// A tool on a streamed path goes no farther than this between two SYNCs, m, or lags no more than
 /// this behind its set-points.
@@ -303,17 +303,13 @@ pub(crate) struct Observers {
 }
 
 impl Observers {
-    /// Observers of these robots; `record` names the file to write, `plot` keeps samples to draw.
+    /// Observers of these robots; `plot` keeps samples to draw.
     pub(crate) fn new(
         images: &[host::mp::robot::Image],
-        names: Vec<String>,
-        record: Option<&Path>,
+        recorder: Option<Recorder>,
         plot: bool,
-    ) -> Result<Self, Error> {
-        let recorder = record
-            .map(|path| Recorder::create(path, names))
-            .transpose()?;
-        Ok(Self {
+    ) -> Self {
+        Self {
             link: Endpoint::new(NodeId::MP, Role::Observer, Mtu::Fd),
             robots: images
                 .iter()
@@ -321,7 +317,7 @@ impl Observers {
                 .collect(),
             engraving: None,
             recorder,
-        })
+        }
     }
 
     /// Cuts the board of the cell, if there is one.
@@ -381,6 +377,12 @@ impl Observers {
                         *worst = error;
                     }
                 }
+                if let Some(recorder) = &mut self.recorder
+                    && let Some(motors) = motor_angles(axes, &feedback.actual)
+                    && let Ok(joints) = watched.arm.joints(&motors)
+                {
+                    recorder.joints(robot, at, joints.to_vec());
+                }
                 watched.feedback = Some(feedback);
             }
             _ => {}
@@ -391,6 +393,13 @@ impl Observers {
     pub(crate) fn record(&mut self, bus: usize, at_ns: u64, frame: &Frame) {
         if let Some(recorder) = &mut self.recorder {
             recorder.frame(bus, at_ns, frame);
+        }
+    }
+
+    /// A step of the Master Process, for the record.
+    pub(crate) fn master_steps(&mut self, now: Micros, step: MasterStep) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.step(now, step);
         }
     }
 

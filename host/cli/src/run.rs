@@ -1,6 +1,7 @@
 //! Runs a task: the loop that couples the Master Process with the world, and the report.
 
 use crate::observe::{Engraving, Following, Observers};
+use crate::record::Recorder;
 use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
@@ -8,12 +9,14 @@ use host::error::{Error, exit};
 use host::mp::config::Config;
 use host::plot::{self, Picture, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
+use host::record::{About, MasterStep};
 use host::summary::{BusSummary, MachinePart, RobotSummary, StepSummary, Summary};
 use host::task::{Cell, Task};
 use protocol::id::NodeId;
 use protocol::message::{ServoLaw, StopKind};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -37,10 +40,20 @@ pub(crate) fn interrupted() -> bool {
 pub(crate) struct Options {
     pub(crate) bus: BusSpec,
     pub(crate) realtime: bool,
-    pub(crate) record: Option<PathBuf>,
+    pub(crate) record: Option<Record>,
     pub(crate) plots: Vec<PathBuf>,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+}
+
+/// A record that is asked for.
+#[derive(Debug)]
+pub(crate) struct Record {
+    pub(crate) path: PathBuf,
+    /// The arguments of this process.
+    pub(crate) arguments: Vec<String>,
+    /// What was read for them.
+    pub(crate) files: BTreeMap<PathBuf, String>,
 }
 
 /// A run that ended by itself, as it should or not.
@@ -49,6 +62,9 @@ pub(crate) struct Finished {
     pub(crate) summary: Summary,
     pub(crate) exit_code: u8,
 }
+
+/// The Master Process' number on its bus.
+pub(crate) const MASTER: NodeId = NodeId::MP;
 
 /// The MP's step: one macrostep of 20 ms under tight coordination, and simply always.
 const MACROSTEP: Micros = Micros::from_millis(20);
@@ -76,18 +92,18 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         check_directory(plot)?;
     }
     let (cell, seed, title) = (task.cell.clone(), task.seed, task.title.clone());
-    let mut config = config_of(&cell)
+    let config = config_of(&cell)
         .ok_or_else(|| Error::Internal("the cell has more robots than numbers".into()))?;
     let nodes: Vec<NodeId> = config.robots.iter().map(|robot| robot.node).collect();
     let mut world = connect(&cell, &nodes, seed, options)?;
-    fit(&mut config, world.mtu());
-    let nonce = u32::try_from(seed & 0xFFFF_FFFF).unwrap_or(0);
-    let mut run = Run::new(task, path.map(Path::to_owned), config, nonce)
-        .map_err(|e| Error::Internal(e.to_string()))?;
-    let names = world.buses().into_iter().map(|(name, _)| name).collect();
-    let record = options.record.as_deref();
-    let mut observers =
-        Observers::new(run.mp().robots(), names, record, !options.plots.is_empty())?;
+    let mtu = world.mtu();
+    let mut run = coordinated(task, path, config, mtu)?;
+    let recorder = options.record.as_ref().map(|record| {
+        let names = world.buses().into_iter().map(|(name, _)| name);
+        record.begin(names.collect(), mtu, &cell)
+    });
+    let plot = !options.plots.is_empty();
+    let mut observers = Observers::new(run.mp().robots(), recorder.transpose()?, plot);
     if world.knows_mechanics() {
         observers.watch_board(&cell)?;
     }
@@ -141,6 +157,36 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
     })
 }
 
+impl Record {
+    fn begin(&self, buses: Vec<String>, mtu: Mtu, cell: &Cell) -> Result<Recorder, Error> {
+        let about = About {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            arguments: self.arguments.clone(),
+            mtu,
+            buses,
+            files: self.files.clone(),
+        };
+        let robots = cell.robots.iter();
+        let robots: Vec<_> = robots
+            .map(|robot| (robot.name.clone(), robot.axes()))
+            .collect();
+        Recorder::create(&self.path, about, &robots)
+    }
+}
+
+/// The Master Process of a task on a bus whose frames are at most so long.
+pub(crate) fn coordinated(
+    task: Task,
+    path: Option<&Path>,
+    mut config: Config,
+    mtu: Mtu,
+) -> Result<Run, Error> {
+    fit(&mut config, mtu);
+    let nonce = u32::try_from(task.seed & 0xFFFF_FFFF).unwrap_or(0);
+    Run::new(task, path.map(Path::to_owned), config, nonce)
+        .map_err(|e| Error::Internal(e.to_string()))
+}
+
 /// Frames no longer than the bus carries, and as much traffic as it has room for.
 fn fit(config: &mut Config, bus: Mtu) {
     if bus == Mtu::Classic {
@@ -172,7 +218,10 @@ fn couple(
     let mut stopped = false;
     loop {
         let now = world.now();
-        if interrupted() && !stopped {
+        let stop = interrupted() && !stopped;
+        let received = u32::try_from(rx.len()).unwrap_or(u32::MAX);
+        observers.master_steps(now, MasterStep { received, stop });
+        if stop {
             stopped = true;
             run.stop(StopKind::Path, now, &mut |frame| tx.push(frame));
         }

@@ -67,25 +67,11 @@ impl Virtual {
         let mut sim = SimCell::new(kind);
         // in the order of the simulated buses
         let mut buses = vec![mp];
-        for (node, robot) in nodes.iter().zip(&cell.robots) {
-            let effector = node.get().saturating_sub(NodeId::EFFECTOR_BASE);
-            let station = Station {
-                effector,
-                unique_id: seed.wrapping_mul(1000).wrapping_add(u64::from(effector)),
-                mtu,
-                law: robot.servo,
-                velocity_factor: robot.velocity_factor,
-                one_wire: false,
-                track: robot.track,
-            };
-            let mut bus_of_axis = vec![0_u8; robot.axes()];
-            for (number, group) in robot.drives.iter().enumerate() {
+        for (robot, (station, bus_of_axis)) in
+            cell.robots.iter().zip(stations(cell, nodes, seed, mtu))
+        {
+            for group in &robot.drives {
                 buses.push(bus_of(cell, group.bus)?);
-                for axis in &group.axes {
-                    if let Some(bus) = bus_of_axis.get_mut(*axis) {
-                        *bus = u8::try_from(number).unwrap_or(u8::MAX);
-                    }
-                }
             }
             sim.add(robot.kind, &station, &bus_of_axis, seed)
                 .map_err(|e: CellError| internal(&e))?;
@@ -102,6 +88,36 @@ impl Virtual {
             pace: realtime.then(Instant::now),
         })
     }
+}
+
+/// The nodes of a simulated cell, and on which of its drive buses each axis hangs.
+pub(crate) fn stations(
+    cell: &Cell,
+    nodes: &[NodeId],
+    seed: u64,
+    mtu: Mtu,
+) -> impl Iterator<Item = (Station, Vec<u8>)> {
+    nodes.iter().zip(&cell.robots).map(move |(node, robot)| {
+        let effector = node.get().saturating_sub(NodeId::EFFECTOR_BASE);
+        let station = Station {
+            effector,
+            unique_id: seed.wrapping_mul(1000).wrapping_add(u64::from(effector)),
+            mtu,
+            law: robot.servo,
+            velocity_factor: robot.velocity_factor,
+            one_wire: false,
+            track: robot.track,
+        };
+        let mut bus_of_axis = vec![0_u8; robot.axes()];
+        for (number, group) in (0..).zip(&robot.drives) {
+            for axis in &group.axes {
+                if let Some(bus) = bus_of_axis.get_mut(*axis) {
+                    *bus = number;
+                }
+            }
+        }
+        (station, bus_of_axis)
+    })
 }
 
 /// The bus of a number in a cell.
@@ -247,7 +263,9 @@ impl World for Remote {
 
     fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.frames += 1;
-        self.bus.send(frame).map_err(|e| bus_error(&e))
+        self.bus.send(frame).map_err(|e| bus_error(&e))?;
+        self.sent.push((bus::now(), *frame));
+        Ok(())
     }
 
     fn pass(

@@ -149,7 +149,7 @@ fn real_programs_become_paths_that_a_node_takes_on_their_board() {
             surface_m,
             ..fitted()
         };
-        let program = Program::open(&file, &options).unwrap();
+        let program = Program::open(&file, &Files::on_disk(), &options).unwrap();
         let Extent {
             least_m,
             greatest_m,

@@ -15,7 +15,7 @@
 //! orientation stays as it is where the path begins. A line that holds only a comment is not blank.
 
 use super::{Goal, MAX_BYTES, MOST_POINTS, Mark, SHARP, ToolPath, Way};
-use crate::input::{DataError, LoadError, MAX_LINE_BYTES, Problem, read_text_up_to, shown};
+use crate::input::{DataError, Files, LoadError, MAX_LINE_BYTES, Problem, shown};
 use std::path::Path;
 
 /// The columns.
@@ -27,8 +27,8 @@ const LEAST_POINTS: usize = 2;
 ///
 /// # Errors
 /// As [`parse`], and a file that cannot be read.
-pub fn load(path: &Path) -> Result<ToolPath, LoadError> {
-    let text = read_text_up_to(path, MAX_BYTES)?;
+pub fn load(path: &Path, files: &Files) -> Result<ToolPath, LoadError> {
+    let text = files.read_up_to(path, MAX_BYTES)?;
     let read = parse(&text).map_err(|error| error.in_file(path))?;
     Ok(ToolPath {
         file: Some(path.to_path_buf()),

@@ -5,6 +5,7 @@ mod path;
 use super::plan::{Place, Plan, Work};
 use super::run::NEXT_NODE;
 use super::{Progress, Run, RunError, RunStatus, Segment, config_of};
+use crate::input::Files;
 use crate::mp::config::Config;
 use crate::mp::failure::Failure;
 use crate::mp::test::peer::Script;
@@ -373,7 +374,7 @@ fn a_fault_ends_the_task_with_who_and_what() {
 #[test]
 fn the_shipped_task_runs() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tasks/two-arms.toml");
-    let task = Task::load(&path).unwrap();
+    let task = Task::load(&path, &Files::on_disk()).unwrap();
     let config = config_of(&task.cell).unwrap();
     let places = config
         .robots

@@ -3,7 +3,7 @@
 use super::board::{self, Board};
 use super::document::{Document, Fields, Value, one_of};
 use super::kind::{drive_groups, t_world_base};
-use crate::input::{DataError, LoadError, Problem, shown};
+use crate::input::{DataError, Files, LoadError, Problem, shown};
 use motion::pose::Pose;
 use nalgebra::Vector3;
 use protocol::budget::Rates;
@@ -166,8 +166,8 @@ impl Cell {
     ///
     /// # Errors
     /// The file cannot be read or is not a cell.
-    pub fn load(path: &Path) -> Result<Self, LoadError> {
-        Document::load(path, read)
+    pub fn load(path: &Path, files: &Files) -> Result<Self, LoadError> {
+        Document::load(path, files, read)
     }
 
     /// Reads a cell from text.
@@ -175,7 +175,11 @@ impl Cell {
     /// # Errors
     /// The first mistake, with line and column.
     pub fn parse(text: &str) -> Result<Self, DataError> {
-        read(&Document { path: None, text })
+        read(&Document {
+            path: None,
+            text,
+            files: &Files::on_disk(),
+        })
     }
 
     /// Index of the robot of a name.

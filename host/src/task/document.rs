@@ -1,7 +1,7 @@
 //! A TOML document read strictly: every key known, every value of its type and range, every
 //! mistake with its place.
 
-use crate::input::{DataError, LoadError, Problem, position, read_text, shown};
+use crate::input::{DataError, Files, LoadError, Problem, position, shown};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -11,18 +11,22 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Document<'t> {
     pub(super) path: Option<&'t Path>,
     pub(super) text: &'t str,
+    /// Where the files it names come from.
+    pub(super) files: &'t Files,
 }
 
 impl<'t> Document<'t> {
     /// Reads a file and hands it to `f`.
     pub(super) fn load<T>(
         path: &Path,
+        files: &Files,
         f: impl FnOnce(&Document<'_>) -> Result<T, DataError>,
     ) -> Result<T, LoadError> {
-        let text = read_text(path)?;
+        let text = files.read(path)?;
         Ok(f(&Document {
             path: Some(path),
             text: &text,
+            files,
         })?)
     }
 

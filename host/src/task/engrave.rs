@@ -88,7 +88,7 @@ pub(super) fn read(
     let (options, acceleration) = options(&fields, &board)?;
     let file_value = fields.required("file")?;
     let file = document.resolve(file_value.text()?);
-    let program = Program::open(&file, &options).map_err(|error| match error {
+    let program = Program::open(&file, document.files, &options).map_err(|error| match error {
         LoadError::Data(error) => error,
         LoadError::Input(error) => file_value.error(
             Problem::Unreadable,

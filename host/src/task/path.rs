@@ -23,7 +23,7 @@ use super::cell::Cell;
 use super::document::{Document, Fields, Value};
 use super::step::{robot, together};
 use crate::cad;
-use crate::input::{DataError, LoadError, Problem, position, shown};
+use crate::input::{DataError, Files, LoadError, Problem, position, shown};
 use crate::path::{Goal, MOST_POINTS, Mark, Reference, SHARP, ToolPath, Way, csv};
 use protocol::message::{Corner, PoseSpeeds};
 use std::path::Path;
@@ -95,16 +95,16 @@ pub(super) const fn speeds([v, w, a, b]: [f64; 4]) -> PoseSpeeds {
 ///
 /// # Errors
 /// The file cannot be read, or the first mistake in it.
-pub fn load(path: &Path) -> Result<ToolPath, LoadError> {
+pub fn load(path: &Path, files: &Files) -> Result<ToolPath, LoadError> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     if cad::Format::of(path).is_some() {
-        let program = cad::Program::open(path, &cad::Options::default())?;
+        let program = cad::Program::open(path, files, &cad::Options::default())?;
         return Ok(program.tool_path(path)?);
     }
     if ending.as_deref() == Some("csv") {
-        return csv::load(path);
+        return csv::load(path, files);
     }
-    let read = Document::load(path, |document| {
+    let read = Document::load(path, files, |document| {
         let table = document.parse()?;
         let noun = "a path";
         let fields = Fields::new(document, 0..0, table.get_ref(), noun, &["elements"])?;
@@ -172,7 +172,7 @@ pub(super) fn read(
 }
 
 fn from_file(document: &Document<'_>, value: &Value<'_, '_>) -> Result<ToolPath, DataError> {
-    load(&document.resolve(value.text()?)).map_err(|error| match error {
+    load(&document.resolve(value.text()?), document.files).map_err(|error| match error {
         LoadError::Data(error) => error,
         LoadError::Input(error) => value.error(
             Problem::Unreadable,

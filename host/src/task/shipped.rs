@@ -257,7 +257,7 @@ fn larger(a: f64, b: f64) -> f64 {
 
 fn shipped(name: &str) -> Task {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tasks");
-    Task::load(&folder.join(name)).unwrap_or_else(|error| panic!("{error}"))
+    Task::load(&folder.join(name), &Files::on_disk()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

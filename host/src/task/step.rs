@@ -197,7 +197,7 @@ fn one_replay(
 ) -> Result<Replay, DataError> {
     let path = document.resolve(value.text()?);
     let axes = cell.robots.get(robot).map_or(0, cell::RobotSpec::axes);
-    match crate::trj::load(&path, axes) {
+    match crate::trj::load(&path, document.files, axes) {
         Ok(trajectory) => Ok(Replay {
             robot,
             path,

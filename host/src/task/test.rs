@@ -439,7 +439,7 @@ fn files_are_found_beside_the_task_and_judged() {
     );
     let text = "title = \"t\"\ncell = \"cell.toml\"\n[[step]]\ntrj = { irp6-postument = \"b.trj\", irp6-track = \"a.trj\" }\n";
     let path = write("task.toml", text);
-    let task = Task::load(&path).unwrap();
+    let task = Task::load(&path, &Files::on_disk()).unwrap();
     let Action::Replay { replays, .. } = &task.steps[0].action else {
         panic!("not a replay");
     };
@@ -452,11 +452,13 @@ fn files_are_found_beside_the_task_and_judged() {
     assert!(task.warnings()[0].contains("b.trj: line 3: column 7 skipped"));
 
     let loose = write("loose.toml", &format!("{text}coordination = \"loose\"\n"));
-    let error = Task::load(&loose).unwrap_err().to_string();
+    let error = Task::load(&loose, &Files::on_disk())
+        .unwrap_err()
+        .to_string();
     assert!(error.ends_with("loose.toml:4:7: error: trajectories of different lengths in loose coordination (expected 2 nodes each, got 1)"), "{error}");
 
     let bad = write("bad.toml", &text.replace("a.trj", "bad.trj"));
-    let error = Error::from(Task::load(&bad).unwrap_err());
+    let error = Error::from(Task::load(&bad, &Files::on_disk()).unwrap_err());
     assert!(
         error
             .to_string()
@@ -465,11 +467,16 @@ fn files_are_found_beside_the_task_and_judged() {
     );
     assert_eq!(error.exit_code(), exit::DATA);
     let gone = write("gone.toml", &text.replace("a.trj", "gone.trj"));
-    let error = Error::from(Task::load(&gone).unwrap_err());
+    let error = Error::from(Task::load(&gone, &Files::on_disk()).unwrap_err());
     assert!(error.to_string().contains("gone.toml:4:"), "{error}");
     assert_eq!(error.exit_code(), exit::NO_INPUT);
 
-    let task = Task::replay(&folder.join("a.trj"), RobotKind::Irp6Track).unwrap();
+    let task = Task::replay(
+        &folder.join("a.trj"),
+        &Files::on_disk(),
+        RobotKind::Irp6Track,
+    )
+    .unwrap();
     assert_eq!(task.title, "a.trj");
     assert_eq!(task.steps.len(), 2);
     std::fs::remove_dir_all(&folder).unwrap();
@@ -481,7 +488,7 @@ fn byte_order_marks_and_windows_line_ends_are_read() {
     let path = folder.join("t.toml");
     let text = task("wait = { seconds = 1 }").replace('\n', "\r\n");
     std::fs::write(&path, format!("\u{feff}{text}")).unwrap();
-    assert!(Task::load(&path).is_ok());
+    assert!(Task::load(&path, &Files::on_disk()).is_ok());
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -243,8 +243,9 @@ fn samples_of_the_original_are_read() {
     for entry in std::fs::read_dir(directory).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let read = load(&path, axes(&name)).unwrap_or_else(|error| panic!("{error}"));
-        let text = read_text(&path).unwrap();
+        let read =
+            load(&path, &Files::on_disk(), axes(&name)).unwrap_or_else(|error| panic!("{error}"));
+        let text = Files::on_disk().read(&path).unwrap();
         let declared: usize = text.split_whitespace().nth(1).unwrap().parse().unwrap();
         assert_eq!(read.nodes.len(), declared, "{name}");
         let said: Vec<_> = read.warnings.iter().map(ToString::to_string).collect();

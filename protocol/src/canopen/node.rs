@@ -63,6 +63,21 @@ pub enum Function {
     Heartbeat = 0x700,
 }
 
+/// Does the network's master send this identifier, by the predefined connection set and if it is node `master`: NMT,
+/// SYNC, TIME, LSS, RPDOs, SDO requests, its heartbeat.
+#[must_use]
+pub const fn is_from_master(cob: u16, master: NodeId) -> bool {
+    const NUMBER: u16 = 0x7F;
+    const LSS: u16 = 0x7E5;
+    match cob & !NUMBER {
+        0x000 | 0x100 => cob & NUMBER == 0,
+        0x080 => cob == 0x080,
+        0x200 | 0x300 | 0x400 | 0x500 | 0x600 => cob & NUMBER != 0,
+        0x700 => cob & NUMBER == master.0 as u16,
+        _ => cob == LSS,
+    }
+}
+
 /// A classical frame with an 11-bit identifier and `N` bytes, of which at most 8 count.
 #[must_use]
 pub fn frame<const N: usize>(cob: u16, data: [u8; N]) -> Frame {
@@ -83,5 +98,44 @@ pub const fn standard(frame: &Frame) -> Option<u16> {
     match frame.id() {
         Id::Standard(id) if !frame.is_fd() => Some(id),
         Id::Standard(_) | Id::Extended(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_master_sends_and_what_drives_send_is_told_apart() {
+        let (master, drive) = (NodeId(127), NodeId(3));
+        let masters = [
+            Function::Rpdo1,
+            Function::Rpdo2,
+            Function::Rpdo3,
+            Function::Rpdo4,
+        ];
+        for function in masters.into_iter().chain([Function::SdoRequest]) {
+            assert!(is_from_master(drive.cob(function), master), "{function:?}");
+        }
+        for cob in [0x000, 0x080, 0x100, 0x7E5, 0x77F] {
+            assert!(is_from_master(cob, master), "{cob:03X}");
+        }
+        let drives = [
+            Function::Tpdo1,
+            Function::Tpdo2,
+            Function::Tpdo3,
+            Function::Tpdo4,
+        ];
+        let others = [
+            Function::Emergency,
+            Function::SdoAnswer,
+            Function::Heartbeat,
+        ];
+        for function in drives.into_iter().chain(others) {
+            assert!(!is_from_master(drive.cob(function), master), "{function:?}");
+        }
+        for cob in [0x001, 0x101, 0x200, 0x600, 0x680, 0x7E4, 0x7FF] {
+            assert!(!is_from_master(cob, master), "{cob:03X}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! `cargo xtask hil-qemu`, which builds the image and the plugin.
 
 use clap::Parser;
+use host::input::Files;
 use host::task::Task;
 use mrroc_tests::emulator::elf::Image;
 use mrroc_tests::emulator::golden::{self, Figure};
@@ -165,7 +166,7 @@ fn compare_traces(setup: &Setup, count: u64) -> Result<(), String> {
 fn task(args: &Args) -> Result<Task, String> {
     let path = args.task.clone();
     let path = path.unwrap_or_else(|| workspace().join("tasks/two-arms.toml"));
-    Task::load(&path).map_err(|error| error.to_string())
+    Task::load(&path, &Files::on_disk()).map_err(|error| error.to_string())
 }
 
 /// The task with the emulated node in real time.

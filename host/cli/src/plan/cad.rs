@@ -7,6 +7,7 @@ use clap::Args;
 use host::cad::place::{Placement, ZRule};
 use host::cad::{Format, Options, Program, Summary};
 use host::error::Error;
+use host::input::Files;
 use serde::Serialize;
 
 use super::error::PlanError;
@@ -90,7 +91,8 @@ impl OnBoard {
         if Format::of(file).is_none() {
             return Ok(None);
         }
-        let program = Program::open(file, &self.options()?).map_err(Error::from)?;
+        let program =
+            Program::open(file, &Files::on_disk(), &self.options()?).map_err(Error::from)?;
         Ok(Some(program))
     }
 
@@ -140,7 +142,8 @@ struct CadAnswer<'a> {
 
 impl Cad {
     pub(super) fn run(self, out: &mut dyn Write) -> Result<(), PlanError> {
-        let program = Program::open(&self.file, &self.on_board.options()?).map_err(Error::from)?;
+        let program = Program::open(&self.file, &Files::on_disk(), &self.on_board.options()?)
+            .map_err(Error::from)?;
         let answer = CadAnswer {
             file: self.file.display().to_string(),
             sections: program.sections().count(),

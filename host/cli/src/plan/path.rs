@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use host::error::Error;
+use host::input::Files;
 use host::path::Reference;
 use host::plot::{self, CurveDiagram, CurvesPlot, Picture};
 use host::task::{self, PathStep};
@@ -107,7 +108,7 @@ impl PathPlan {
         };
         let path = match self.on_board.program(&self.file)? {
             Some(program) => program.tool_path(&self.file).map_err(Error::from)?,
-            None => task::path::load(&self.file).map_err(Error::from)?,
+            None => task::path::load(&self.file, &Files::on_disk()).map_err(Error::from)?,
         };
         let step = PathStep::new(0, path, reference, self.feed);
         let riding = Riding {

@@ -240,7 +240,7 @@ fn drawings_that_are_no_outlines_are_refused_with_their_place() {
 
 #[test]
 fn files_of_other_kinds_are_refused_by_name() {
-    let error = Program::open(Path::new("a.step"), &Options::default())
+    let error = Program::open(Path::new("a.step"), &Files::on_disk(), &Options::default())
         .unwrap_err()
         .to_string();
     assert_eq!(

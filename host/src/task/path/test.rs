@@ -167,17 +167,20 @@ fn a_path_file_is_points_or_elements() {
     let (csv, toml) = (folder.join("a.csv"), folder.join("b.path.toml"));
     std::fs::write(&csv, "0,0,0\n0.1,0,0\n").unwrap();
     std::fs::write(&toml, format!("elements = [\n{LINE},\n{LINE}]\n")).unwrap();
-    assert_eq!(load(&csv).unwrap().file, Some(csv.clone()));
-    let read = load(&toml).unwrap();
+    assert_eq!(
+        load(&csv, &Files::on_disk()).unwrap().file,
+        Some(csv.clone())
+    );
+    let read = load(&toml, &Files::on_disk()).unwrap();
     assert_eq!((read.file, read.marks[1].line), (Some(toml.clone()), 3));
     std::fs::write(&csv, "0,0,0\n0.1,0,zero\n").unwrap();
-    let error = load(&csv).unwrap_err().to_string();
+    let error = load(&csv, &Files::on_disk()).unwrap_err().to_string();
     assert!(error.ends_with(
         "a.csv:2:7: error: `z` is no number (expected a finite number of m, got `zero`)"
     ));
     std::fs::write(&toml, "element = []\n").unwrap();
     assert!(
-        load(&toml)
+        load(&toml, &Files::on_disk())
             .unwrap_err()
             .to_string()
             .contains(":1:1: error: unknown key in a path")

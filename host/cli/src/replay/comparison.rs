@@ -1,0 +1,166 @@
+//! What a part of the system sends now, beside what a record says that it sent.
+//!
+//! A frame is on the wire later than it was made, and another may overtake it; but those of one identifier
+//! keep their order. So every identifier of every bus is compared for itself. Of frames that are all alike, as
+//! SYNC is, one too many shows at once, and one too few does not.
+
+use bus::candump::Entry;
+use protocol::frame::{Frame, Id};
+use protocol::time::Micros;
+use std::collections::{BTreeMap, VecDeque};
+
+/// What was made so long before the record's end may not have been on the wire by then, ns.
+const TAIL_NS: u64 = 20_000_000;
+
+/// The first thing that differs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Difference {
+    /// When, ns: of the record if it says anything, else when the frame was made.
+    pub(crate) at_ns: u64,
+    /// Number of the bus.
+    pub(crate) bus: usize,
+    /// What the record says.
+    pub(crate) recorded: Option<Frame>,
+    /// What is sent now.
+    pub(crate) replayed: Option<Frame>,
+}
+
+/// A frame as candump writes it.
+pub(crate) fn shown(frame: Option<&Frame>) -> String {
+    frame.map_or_else(
+        || "nothing".to_owned(),
+        |frame| {
+            let entry = Entry {
+                at: Micros(0),
+                channel: String::new(),
+                frame: *frame,
+            };
+            let line = entry.to_string();
+            let (_, frame) = line.rsplit_once(' ').unwrap_or(("", &line));
+            frame.to_owned()
+        },
+    )
+}
+
+/// An identifier that can be sorted.
+fn number(id: Id) -> (bool, u32) {
+    match id {
+        Id::Standard(id) => (false, id.into()),
+        Id::Extended(id) => (true, id),
+    }
+}
+
+/// Frames made and not yet seen in the record.
+type Waiting = VecDeque<(u64, Frame)>;
+
+/// Frames of a part, compared.
+#[derive(Debug, Default)]
+pub(crate) struct Comparison {
+    waiting: BTreeMap<(usize, (bool, u32)), Waiting>,
+    same: u64,
+    difference: Option<Difference>,
+}
+
+impl Comparison {
+    /// How many frames were the same.
+    pub(crate) const fn same(&self) -> u64 {
+        self.same
+    }
+
+    /// The first difference.
+    pub(crate) const fn difference(&self) -> Option<&Difference> {
+        self.difference.as_ref()
+    }
+
+    /// A frame is sent now.
+    pub(crate) fn made(&mut self, at_ns: u64, bus: usize, frame: Frame) {
+        let waiting = self.waiting.entry((bus, number(frame.id()))).or_default();
+        waiting.push_back((at_ns, frame));
+    }
+
+    /// The record has a frame that ends at `at_ns`.
+    pub(crate) fn recorded(&mut self, at_ns: u64, bus: usize, frame: &Frame) {
+        let waiting = self.waiting.get_mut(&(bus, number(frame.id())));
+        let made = waiting.and_then(VecDeque::pop_front);
+        match made {
+            Some((_, made)) if made == *frame => self.same += 1,
+            made => self.differs(Difference {
+                at_ns,
+                bus,
+                recorded: Some(*frame),
+                replayed: made.map(|(_, frame)| frame),
+            }),
+        }
+    }
+
+    /// The record ends.
+    pub(crate) fn end(&mut self, end_ns: u64) {
+        let left = std::mem::take(&mut self.waiting);
+        let lost = left.into_iter().flat_map(|((bus, _), waiting)| {
+            let waiting = waiting.into_iter();
+            waiting.map(move |(made_ns, frame)| (made_ns, bus, frame))
+        });
+        let first = lost.min_by_key(|(made_ns, ..)| *made_ns);
+        if let Some((made_ns, bus, frame)) = first
+            && made_ns + TAIL_NS < end_ns
+        {
+            self.differs(Difference {
+                at_ns: made_ns,
+                bus,
+                recorded: None,
+                replayed: Some(frame),
+            });
+        }
+    }
+
+    fn differs(&mut self, difference: Difference) {
+        self.difference.get_or_insert(difference);
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    fn frame(id: u16, data: &[u8]) -> Frame {
+        Frame::classic(Id::Standard(id), data).unwrap()
+    }
+
+    #[test]
+    fn frames_may_overtake_each_other_but_not_their_like() {
+        let mut comparison = Comparison::default();
+        comparison.made(0, 0, frame(0x300, &[1]));
+        comparison.made(0, 0, frame(0x300, &[2]));
+        comparison.made(0, 0, frame(0x200, &[3]));
+        comparison.recorded(10, 0, &frame(0x200, &[3]));
+        comparison.recorded(20, 0, &frame(0x300, &[1]));
+        comparison.recorded(30, 0, &frame(0x300, &[2]));
+        comparison.end(1_000_000_000);
+        assert_eq!((comparison.same(), comparison.difference()), (3, None));
+
+        comparison.made(40, 0, frame(0x300, &[1]));
+        comparison.made(40, 0, frame(0x300, &[2]));
+        comparison.recorded(50, 0, &frame(0x300, &[2]));
+        let difference = comparison.difference().unwrap();
+        assert_eq!(difference.at_ns, 50);
+        assert_eq!(shown(difference.recorded.as_ref()), "300#02");
+        assert_eq!(shown(difference.replayed.as_ref()), "300#01");
+    }
+
+    #[test]
+    fn a_frame_on_another_bus_or_of_no_record_differs_unless_the_record_ended_meanwhile() {
+        let mut comparison = Comparison::default();
+        comparison.made(0, 0, frame(0x200, &[]));
+        comparison.recorded(10, 1, &frame(0x200, &[]));
+        let difference = comparison.difference().unwrap();
+        assert_eq!((difference.bus, difference.replayed), (1, None));
+        assert_eq!(shown(None), "nothing");
+
+        for (end_ns, lost) in [(TAIL_NS, false), (TAIL_NS + 1, true)] {
+            let mut comparison = Comparison::default();
+            comparison.made(0, 0, frame(0x200, &[]));
+            comparison.end(end_ns);
+            assert_eq!(comparison.difference().is_some(), lost);
+        }
+    }
+}
