@@ -12,7 +12,7 @@ use hil_sim::cell::setup;
 use hil_sim::plant::robot::SimRobot;
 use hil_sim::realtime::clock::Clock;
 use hil_sim::realtime::{LiveRobot, Statistics, Waiting};
-use process::{End, exit};
+use process::{End, Lateness, exit};
 use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -211,7 +211,7 @@ fn begin(args: &Args, bus: &str, hub: Option<&HubServer>) {
 struct Running {
     kind: RobotKind,
     statistics: Arc<Mutex<Statistics>>,
-    thread: JoinHandle<Result<(), BusError>>,
+    thread: JoinHandle<(Result<(), BusError>, Lateness)>,
 }
 
 impl Running {
@@ -227,7 +227,7 @@ impl Running {
                     *shared.lock().unwrap_or_else(PoisonError::into_inner) = robot.statistics();
                 }
                 ending.store(true, Ordering::Relaxed);
-                result
+                (result, robot.lateness().clone())
             })
             .map_err(|error| End::new(exit::INTERNAL, format!("{kind}: no thread: {error}")))?;
         Ok(Self {
@@ -260,13 +260,16 @@ impl Running {
     }
 
     fn end(self, json: bool) -> Result<(), End> {
-        let s = self.statistics();
-        let kind = self.kind;
+        let (s, kind) = (self.statistics(), self.kind);
+        let (result, called) = self.thread.join().map_err(|_| {
+            let what = "its simulation panicked";
+            End::new(exit::INTERNAL, format!("{kind}: {what}"))
+        })?;
         let seconds = Micros(s.simulated_ns / 1000).as_secs_f64();
         say(
             json,
             &format!(
-                "{kind}: {seconds:.3} s simulated; {} frames received, {} sent, {} dropped; {}",
+                "{kind}: {seconds:.3} s simulated; {} frames received, {} sent, {} dropped; {}\n{kind}: called {called}",
                 s.received,
                 s.sent,
                 s.dropped,
@@ -275,17 +278,10 @@ impl Running {
             &json!({
                 "event": "summary", "robot": kind.name(), "simulated_s": seconds,
                 "frames_received": s.received, "frames_sent": s.sent, "frames_dropped": s.dropped,
-                "lateness": late(&s),
+                "lateness": late(&s), "lateness_histogram_us": called.histogram(),
             }),
         );
-        match self.thread.join() {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => Err(End::new(exit::IO, format!("{kind}: {error}"))),
-            Err(_) => Err(End::new(
-                exit::INTERNAL,
-                format!("{kind}: its simulation panicked"),
-            )),
-        }
+        result.map_err(|error| End::new(exit::IO, format!("{kind}: {error}")))
     }
 }
 
@@ -304,7 +300,7 @@ fn lateness(s: &Statistics) -> String {
 
 fn late(s: &Statistics) -> Value {
     json!({
-        "late": s.late, "late_max_us": s.late_worst.0, "held": s.held.count,
+        "late": s.late, "late_max_us": s.late_worst.as_micros(), "held": s.held.count,
         "held_max_us": s.held.worst_ns / 1000, "held_total_us": s.held.total_ns / 1000,
     })
 }

@@ -7,7 +7,11 @@ mod command;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let result = command::args::parse(std::env::args_os()).and_then(|args| command::run(&args));
+    let result = command::args::parse(std::env::args_os()).and_then(|args| {
+        // before there are threads
+        args.priority.map_or(Ok(()), process::take_priority)?;
+        command::run(&args)
+    });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(end) => end.tell("mrroc-hil-sim"),

@@ -8,6 +8,7 @@ pub mod clock;
 use crate::plant::robot::{Sent, SimRobot};
 use bus::{Bus, BusError, now};
 use clock::{Clock, Held};
+use process::Lateness;
 use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
 use std::fmt;
@@ -44,7 +45,7 @@ pub struct Statistics {
     /// How often the simulator was late by more than a servo period.
     pub late: u64,
     /// The worst lateness.
-    pub late_worst: Micros,
+    pub late_worst: Duration,
     /// How often and how long simulated time waited for a SYNC.
     pub held: Held,
 }
@@ -55,7 +56,7 @@ pub struct LiveRobot {
     buses: Vec<Box<dyn Bus + Send>>,
     waiting: Waiting,
     clock: Clock,
-    period: Micros,
+    lateness: Lateness,
     origin: Micros,
     arrived: Vec<(u8, Micros, Frame)>,
     outgoing: Vec<Sent>,
@@ -87,7 +88,7 @@ impl LiveRobot {
             buses,
             waiting,
             clock,
-            period,
+            lateness: Lateness::new(period.into()),
             origin: now(),
             arrived: Vec::new(),
             outgoing: Vec::new(),
@@ -101,8 +102,16 @@ impl LiveRobot {
         Statistics {
             simulated_ns: self.robot.now_ns(),
             held: self.clock.held(),
+            late: self.lateness.overruns(),
+            late_worst: self.lateness.worst(),
             ..self.statistics
         }
+    }
+
+    /// How late it looked at frames, beside when the first of them came or it had wanted to be called.
+    #[must_use]
+    pub const fn lateness(&self) -> &Lateness {
+        &self.lateness
     }
 
     /// Waits for frames, a millisecond at most, and runs drives and mechanics up to now.
@@ -130,7 +139,8 @@ impl LiveRobot {
         self.arrived.sort_by_key(|(_, at, _)| *at);
         let woken = now();
         let oldest = self.arrived.first().map_or(woken, |(_, at, _)| *at);
-        self.watch(woken.since(oldest.min(deadline)));
+        self.lateness
+            .record(woken.since(oldest.min(deadline)).into());
         let mut arrived = std::mem::take(&mut self.arrived);
         for (bus, at, frame) in arrived.drain(..) {
             self.statistics.received += 1;
@@ -154,13 +164,6 @@ impl LiveRobot {
 
     fn wall_ns(&self, at: Micros) -> u64 {
         at.since(self.origin).0.saturating_mul(1000)
-    }
-
-    fn watch(&mut self, late: Micros) {
-        if late > self.period {
-            self.statistics.late += 1;
-            self.statistics.late_worst = self.statistics.late_worst.max(late);
-        }
     }
 
     fn send(&mut self) -> Result<(), BusError> {

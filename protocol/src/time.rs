@@ -44,6 +44,12 @@ impl Micros {
     }
 }
 
+impl From<Micros> for core::time::Duration {
+    fn from(time: Micros) -> Self {
+        Self::from_micros(time.0)
+    }
+}
+
 impl core::ops::Add for Micros {
     type Output = Self;
     fn add(self, span: Self) -> Self {

@@ -261,6 +261,8 @@ fn mistakes_are_one_line_with_a_code_of_their_own() {
             &["virtual", "expected"],
         );
         refused(name, &["irp6-track"], 64, &["--bus"]);
+        let above_all = ["irp6-track", "--bus", "hub", "--priority", "100"];
+        refused(name, &above_all, 64, &["100", "1..=99"]);
         let no_interface = ["irp6-track", "--bus", "can:mrroc-none0"];
         refused(name, &no_interface, 69, &["can:mrroc-none0"]);
     }

@@ -15,7 +15,8 @@ Exit codes:
   64  wrong use of the command line (unknown robot, bad bus, bad value)
   69  the bus cannot be opened: no hub, no interface, no CAN in this system
   70  an error of this program
-  74  the bus failed on the way";
+  74  the bus failed on the way
+  77  --priority: the system does not let this user";
 
 /// The controller node of one robot, in real time.
 ///
@@ -46,6 +47,10 @@ struct Raw {
     /// Where poses put the track of irp6-track; the cell file of the MP must say the same
     #[arg(long, value_enum, default_value = "keep")]
     track: Track,
+    /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
+    /// on Linux, for those who may
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
+    priority: Option<u8>,
     /// JSON lines on stdout: every event as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -86,6 +91,8 @@ pub(crate) struct Args {
     pub(crate) velocity_factor: f64,
     /// Where the track goes.
     pub(crate) track: TrackRule,
+    /// Of real-time scheduling.
+    pub(crate) priority: Option<u8>,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -128,6 +135,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::Keep => TrackRule::Keep,
             Track::InFront => TrackRule::InFront,
         },
+        priority: raw.priority,
         json: raw.json,
     })
 }

@@ -9,7 +9,6 @@
 //! | [`ports`] | the node's ports on real buses |
 //! | [`answers`] | on a hub: waiting for drives whose answers are late |
 //! | [`beat`] | the node's time: exact instants, whatever the operating system does |
-//! | [`lateness`] | how late the node was called |
 //! | [`panel`] | the switch beside the node: path stop, then torque off |
 //! | [`report`] | what the node says, in words and as JSON |
 //! | [`printer`] | output that never blocks the servo loop |
@@ -19,7 +18,6 @@
 mod answers;
 mod args;
 mod beat;
-mod lateness;
 mod panel;
 mod ports;
 mod printer;
@@ -29,7 +27,11 @@ mod run;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let result = args::parse(std::env::args_os()).and_then(|args| run::run(&args));
+    let result = args::parse(std::env::args_os()).and_then(|args| {
+        // before there are threads
+        args.priority.map_or(Ok(()), process::take_priority)?;
+        run::run(&args)
+    });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(end) => end.tell("mrroc-node"),

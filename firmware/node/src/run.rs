@@ -2,7 +2,6 @@
 
 use crate::args::Args;
 use crate::beat::Beat;
-use crate::lateness::Lateness;
 use crate::panel::{Ended, Panel};
 use crate::ports::{self, Ports};
 use crate::printer::Printer;
@@ -10,7 +9,7 @@ use crate::report::Report;
 use bus::now;
 use bus::spec::Place;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
-use process::{End, exit};
+use process::{End, Lateness, exit};
 use protocol::id::NodeId;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -63,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         node,
         ports: opened.ports,
         report: Report::new(args.robot),
-        lateness: Lateness::new(half),
+        lateness: Lateness::new(half.into()),
         beat: Beat::new(half),
         printer,
         asked,
@@ -148,7 +147,7 @@ impl Work {
             let due = self.node.next_wake();
             let at = self.beat.wall(due);
             self.ports.wait_until(at, &mut rx);
-            self.lateness.record(now().since(at));
+            self.lateness.record(now().since(at).into());
             self.ports.await_answers(&mut rx);
             for received in &mut rx {
                 received.at = self.beat.node(received.at);
@@ -213,19 +212,15 @@ impl Work {
         let last = self.report.last();
         let (steps, violations, lost) =
             last.map_or((0, 0, 0), |f| (f.step, f.limit_violations, f.lost));
-        let [p50, p99, p999] = [500, 990, 999].map(|permille| late.percentile(permille).0);
+        let us = |permille| late.percentile(permille).as_micros();
         self.printer.result(format!(
             "{robot}: {steps} servo steps, {faults} faults, {violations} limit violations, {lost} \
              commands lost\n\
-             {robot}: called late by {p50} us (half of the calls), {p99} us (99 %), {p999} us (99.9 \
-             %), worst {worst} us; {overruns} overruns in {calls} calls, behind by {behind} us at worst\n\
+             {robot}: called {late}; behind by {behind} us at worst\n\
              {robot}: {sent} frames sent, {received} received, {dropped} dropped; late answers \
              awaited {awaited} times, worst {awaited_us} us",
             robot = self.robot,
             faults = self.report.faults(),
-            worst = late.worst().0,
-            overruns = late.overruns(),
-            calls = late.calls(),
             behind = self.beat.worst().0,
             sent = traffic.sent,
             received = traffic.received,
@@ -236,7 +231,8 @@ impl Work {
         self.printer.json(&json!({
             "event": "summary", "robot": self.robot.name(), "servo_steps": steps,
             "faults": self.report.faults(), "limit_violations": violations, "commands_lost": lost,
-            "lateness_us": {"p50": p50, "p99": p99, "p99_9": p999, "max": late.worst().0},
+            "lateness_us": {"p50": us(500), "p99": us(990), "p99_9": us(999), "max": us(1000)},
+            "lateness_histogram_us": late.histogram(),
             "overruns": late.overruns(), "calls": late.calls(),
             "behind_max_us": self.beat.worst().0, "frames_sent": traffic.sent,
             "frames_received": traffic.received, "frames_dropped": traffic.dropped,

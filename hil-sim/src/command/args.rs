@@ -14,7 +14,8 @@ Exit codes:
   64  wrong use of the command line (unknown robot, bad bus, bad value)
   69  the bus cannot be opened: port taken, no interface, no CAN in this system
   70  an error of this program
-  74  the bus failed on the way";
+  74  the bus failed on the way
+  77  --priority: the system does not let this user";
 
 /// Drives and mechanics of robots, in real time.
 ///
@@ -45,6 +46,10 @@ struct Raw {
     /// flickering-fault
     #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
     quirk: Vec<Quirk>,
+    /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
+    /// on Linux, for those who may
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
+    priority: Option<u8>,
     /// JSON lines on stdout: `ready`, `late` as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -61,6 +66,8 @@ pub(crate) struct Args {
     pub(crate) seed: u64,
     /// What the drives do otherwise than the book.
     pub(crate) quirks: Quirks,
+    /// Of real-time scheduling.
+    pub(crate) priority: Option<u8>,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -107,6 +114,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         place,
         seed: raw.seed,
         quirks: raw.quirk.into_iter().fold(Quirks::default(), Quirks::with),
+        priority: raw.priority,
         json: raw.json,
     })
 }
