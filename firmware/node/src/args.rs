@@ -7,15 +7,20 @@ use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use robots::{RobotKind, TrackRule};
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// For `--help`.
 const EXIT_CODES: &str = "\
 Exit codes:
    0  done: ended by Ctrl-C or SIGTERM, at rest, torque off
   64  wrong use of the command line (unknown robot, bad bus, bad value)
+  65  a file of the state is damaged
+  66  a file of the state cannot be read
   69  the bus cannot be opened: no hub, no interface, no CAN in this system
   70  an error of this program
-  74  the bus failed on the way";
+  73  a file of the state cannot be written
+  74  the bus failed on the way
+  77  the system refuses access to the state";
 
 /// The controller node of one robot, in real time.
 ///
@@ -46,6 +51,10 @@ struct Raw {
     /// Where poses put the track of irp6-track; the cell file of the MP must say the same
     #[arg(long, value_enum, default_value = "keep")]
     track: Track,
+    /// Keep starts, black box and images in this folder, so that they survive this process; without it they do not,
+    /// and the node has no slots for images
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
     /// JSON lines on stdout: every event as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -86,6 +95,8 @@ pub(crate) struct Args {
     pub(crate) velocity_factor: f64,
     /// Where the track goes.
     pub(crate) track: TrackRule,
+    /// Where its state is kept.
+    pub(crate) state: Option<PathBuf>,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -128,6 +139,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::Keep => TrackRule::Keep,
             Track::InFront => TrackRule::InFront,
         },
+        state: raw.state,
         json: raw.json,
     })
 }
@@ -201,7 +213,16 @@ mod tests {
     fn help_and_version_are_no_errors() {
         let help = of("mrroc-node --help").unwrap_err();
         assert_eq!(help.code, 0);
-        for code in [exit::USAGE, exit::UNAVAILABLE, exit::INTERNAL, exit::IO] {
+        for code in [
+            exit::USAGE,
+            exit::DATA,
+            exit::NO_INPUT,
+            exit::UNAVAILABLE,
+            exit::INTERNAL,
+            exit::CANNOT_CREATE,
+            exit::IO,
+            exit::PERMISSION,
+        ] {
             assert!(
                 help.text.contains(&format!("  {code}  ")),
                 "{code} is not in --help"

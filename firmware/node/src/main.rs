@@ -25,6 +25,7 @@ mod ports;
 mod printer;
 mod report;
 mod run;
+mod state;
 
 use std::process::ExitCode;
 
