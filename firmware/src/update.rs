@@ -261,4 +261,5 @@ impl<F: NorFlash> Updater<F> {
 }
 
 /// [`IMAGE_CHUNK`] as offsets count.
+#[expect(clippy::cast_possible_truncation, reason = "256")]
 const CHUNK: u32 = IMAGE_CHUNK as u32;

@@ -319,12 +319,11 @@ impl<F: NorFlash> Slots<F> {
                 _ => free = None,
             }
         }
-        let at = match free {
-            Some(at) => at,
-            None => {
-                self.erase(that)?;
-                that
-            }
+        let at = if let Some(at) = free {
+            at
+        } else {
+            self.erase(that)?;
+            that
         };
         let bytes = boot::write(number, record);
         self.flash.write(at, &bytes).map_err(storage)?;
@@ -348,6 +347,10 @@ pub struct Last {
 }
 
 /// A page, as addresses count.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "addresses of a flash have 32 bits"
+)]
 const fn page<F: NorFlash>() -> u32 {
     F::ERASE_SIZE as u32
 }

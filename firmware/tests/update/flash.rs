@@ -5,21 +5,21 @@ use embedded_storage::nor_flash::{
 };
 
 /// As an STM32G474, with fewer pages.
-pub const PAGE: usize = 2048;
+pub(super) const PAGE: usize = 2048;
 
 #[derive(Clone, Debug)]
-pub struct Flash {
-    pub bytes: Vec<u8>,
+pub(super) struct Flash {
+    pub(super) bytes: Vec<u8>,
     /// Bytes that can still be changed before the power goes.
-    pub power: Option<usize>,
+    pub(super) power: Option<usize>,
     /// Bytes changed so far.
-    pub changed: usize,
+    pub(super) changed: usize,
     /// What an erasure that is cut off leaves in the rest of the page.
-    pub torn: u8,
+    pub(super) torn: u8,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FlashError {
+pub(super) enum FlashError {
     Power,
     Misuse,
 }
@@ -31,7 +31,7 @@ impl NorFlashError for FlashError {
 }
 
 impl Flash {
-    pub fn new(pages: usize) -> Self {
+    pub(super) fn new(pages: usize) -> Self {
         Self {
             bytes: vec![0xFF; pages * PAGE],
             power: None,

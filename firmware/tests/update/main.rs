@@ -1,5 +1,6 @@
 //! The transfer of an image into the other slot, and what starts after the power went at any byte of it.
 #![forbid(unsafe_code)]
+#![expect(clippy::cast_possible_truncation, reason = "a flash of a few pages")]
 
 mod flash;
 

@@ -5,6 +5,7 @@ use crate::eds::Eds;
 use crate::kin::Kin;
 use crate::load::Bus;
 use crate::monitor;
+use crate::node::Node;
 use crate::plan::Plan;
 use crate::robot::Robot;
 use crate::run::{Finished, Options, catch_interrupt, run};
@@ -47,6 +48,8 @@ enum Command {
     Stop(StopArgs),
     /// Watch the nodes on a bus: states, joints, faults.
     Monitor(monitor::Monitor),
+    /// One node: who it is, why it started, its first fault, its next image.
+    Node(Node),
     /// Kinematics: poses, joints, motors, Jacobians.
     Kin(Kin),
     /// What is known about a robot: axes, limits, masses; as text, JSON or URDF.
@@ -269,6 +272,7 @@ impl Cli {
             Command::Move(args) => args.run()?,
             Command::Stop(args) => monitor::stop(&args.bus, args.kind)?,
             Command::Monitor(args) => args.run()?,
+            Command::Node(node) => node.run(&mut std::io::stdout().lock())?,
             Command::Kin(kin) => {
                 let mut input = BufReader::new(std::io::stdin());
                 kin.run(&mut std::io::stdout().lock(), &mut input)?;

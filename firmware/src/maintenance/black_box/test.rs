@@ -1,3 +1,9 @@
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    reason = "signals that fit"
+)]
+
 extern crate std;
 use super::*;
 use proptest::prelude::*;
