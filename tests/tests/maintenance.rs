@@ -440,7 +440,8 @@ fn the_signals_before_the_first_fault_in_motion_survive_a_reset_and_a_bad_bus() 
             .take(94)
             .all(|pair| pair[1] == pair[0] + 10)
     );
-    assert_eq!(steps.last(), Some(&record.fault.step));
+    // the stop came by the bus, after that step and before the next
+    assert_eq!(steps.last(), Some(&(record.fault.step + 1)));
     // it stood still, then it moved: forward, and with what the record says of it in between
     let moving: Vec<_> = samples
         .iter()

@@ -160,7 +160,7 @@ impl Node {
                 let text = if asking.json {
                     show::line(&show::reset_json(&report))
                 } else {
-                    format!("{}: {}\n", client.name(), show::reset(&report))
+                    format!("{}: started {}\n", client.name(), show::reset(&report))
                 };
                 Ok(written(out, &text))
             }),
@@ -221,7 +221,7 @@ fn written(out: &mut impl Write, text: &str) -> u8 {
 }
 
 fn info(client: &mut Client<'_, OnBus>, asking: &Asking) -> Result<String, End> {
-    let (name, number) = (client.name().to_owned(), asking.node.id.get());
+    let number = asking.node.id.get();
     let identity = match client.identify() {
         Err(Error::Silent { .. }) => {
             // an older one, or one without a keeper
@@ -229,7 +229,7 @@ fn info(client: &mut Client<'_, OnBus>, asking: &Asking) -> Result<String, End> 
             return Ok(if asking.json {
                 show::line(&show::plain_json(&identity))
             } else {
-                show::plain(&name, number, &identity)
+                show::plain(number, &identity)
             });
         }
         identity => identity?,
@@ -249,7 +249,7 @@ fn info(client: &mut Client<'_, OnBus>, asking: &Asking) -> Result<String, End> 
     Ok(if asking.json {
         show::line(&all.json())
     } else {
-        all.text(&name, number)
+        all.text(number)
     })
 }
 

@@ -61,7 +61,7 @@ impl Found {
     /// Time of a sample, s; the fault is at 0.
     fn time(&self, sample: &Sample) -> f64 {
         let step = f64::from(sample.step) - f64::from(self.record.fault.step);
-        step * f64::from(self.record.servo_step_us) * 1e-6
+        step * f64::from(self.record.servo_step_us) / 1e6
     }
 
     /// The values of an axis over time.
@@ -87,7 +87,7 @@ impl Found {
 
     fn when(&self) -> String {
         let record = &self.record;
-        let since_start = f64::from(record.fault.step) * f64::from(record.servo_step_us) * 1e-6;
+        let since_start = f64::from(record.fault.step) * f64::from(record.servo_step_us) / 1e6;
         let span = match (self.samples.first(), self.samples.last()) {
             (Some(first), Some(last)) => self.time(last) - self.time(first),
             _ => 0.0,

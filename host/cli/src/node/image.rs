@@ -26,7 +26,7 @@ pub(super) struct Pack {
     target: String,
     /// Its version, MAJOR.MINOR.PATCH, each at most 255.
     #[arg(long, value_name = "VERSION", value_parser = version)]
-    version: (u8, u8, u8),
+    image_version: (u8, u8, u8),
     /// Where to write the image.
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
@@ -95,7 +95,7 @@ impl Pack {
         let header = ImageHeader {
             robot: self.robot.as_str().try_into().map_err(fits)?,
             target: self.target.as_str().try_into().map_err(fits)?,
-            version: self.version,
+            version: self.image_version,
             schema_hash: SCHEMA_HASH,
             length,
             crc: CRC.checksum(&bytes),

@@ -35,12 +35,12 @@ const fn cause(cause: ResetCause) -> &'static str {
 
 #[expect(clippy::cast_precision_loss, reason = "seconds for people")]
 fn seconds(report: &ResetReport) -> f64 {
-    (u64::from(report.steps) * u64::from(report.servo_step_us)) as f64 * 1e-6
+    (u64::from(report.steps) * u64::from(report.servo_step_us)) as f64 / 1e6
 }
 
 pub(super) fn reset(report: &ResetReport) -> String {
     format!(
-        "started {}; start {}, {:.1} s ago",
+        "{}; start {}, {:.1} s ago",
         cause(report.cause),
         report.boots,
         seconds(report)
@@ -90,14 +90,13 @@ pub(super) struct Info<'a> {
 }
 
 impl Info<'_> {
-    pub(super) fn text(&self, name: &str, number: u8) -> String {
+    pub(super) fn text(&self, number: u8) -> String {
         let who = self.identity;
-        let mut text = format!("{name}, node {number}\n");
+        let mut text = format!("{}, node {number}\n", who.robot);
         let mut row = |what: &str, is: String| {
             // writing to a String cannot fail
             let _ = writeln!(text, "  {what:<14} {is}");
         };
-        row("robot", who.robot.as_str().into());
         row("unique id", format!("{:016x}", who.unique_id));
         row("target", who.target.as_str().into());
         row("protocol", format!("{}.{}", who.protocol.0, who.protocol.1));
@@ -123,7 +122,7 @@ impl Info<'_> {
         if let Some(next) = self.next {
             row("next image", coming(next));
         }
-        row("start", reset(self.reset));
+        row("started", reset(self.reset));
         row(
             "first fault",
             self.fault.map_or_else(
@@ -176,11 +175,10 @@ fn coming(next: &ImageStatus) -> String {
 }
 
 /// A node that says only what every node says.
-pub(super) fn plain(name: &str, number: u8, who: &Identity) -> String {
+pub(super) fn plain(number: u8, who: &Identity) -> String {
     format!(
-        "{name}, node {number}\n  {:<14} {}\n  {:<14} {:016x}\n  {:<14} {}.{}\n  {:<14} {:016x}, {}\n  {:<14} CRC {:08x}\n  \
+        "{}, node {number}\n  {:<14} {:016x}\n  {:<14} {}.{}\n  {:<14} {:016x}, {}\n  {:<14} CRC {:08x}\n  \
          {:<14} {}\n  {:<14} no maintenance service: no reset cause, no record of faults, no update\n",
-        "robot",
         who.robot,
         "unique id",
         who.unique_id,

@@ -41,15 +41,15 @@ fn the_command_line_is_read() {
         ("node info --node 12 --bus virtual", "one process"),
         ("node info --node 12 --as 128", "128"),
         (
-            "node pack x --robot irp7 --target t --version 1.2.3 -o y",
+            "node pack x --robot irp7 --target t --image-version 1.2.3 -o y",
             "irp7",
         ),
         (
-            "node pack x --robot rnt --target  --version 1.2.3 -o y",
+            "node pack x --robot rnt --target  --image-version 1.2.3 -o y",
             "1 to 24",
         ),
         (
-            "node pack x --robot rnt --target t --version 1.2 -o y",
+            "node pack x --robot rnt --target t --image-version 1.2 -o y",
             "three numbers",
         ),
     ] {
@@ -80,7 +80,7 @@ fn a_packed_program_is_loaded_and_any_damage_is_told() {
     let (program, packed) = (scratch("program"), scratch("packed"));
     std::fs::write(&program, [7_u8; 1000]).unwrap();
     let line = format!(
-        "node pack {} --robot rnt --target host --version 1.2.3 -o {}",
+        "node pack {} --robot rnt --target host --image-version 1.2.3 -o {}",
         program.display(),
         packed.display()
     );
