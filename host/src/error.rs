@@ -309,6 +309,10 @@ mod test {
             },
             Error::Stopped { step: None },
             Error::Internal("x".into()),
+            Error::Maintenance {
+                robot: name(),
+                refusal: MaintenanceRefusal::WrongCrc { got: 0xCAFE },
+            },
         ]
     }
 
