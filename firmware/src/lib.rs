@@ -10,6 +10,8 @@
 //! | [`session`] | the command lease: who may command |
 //! | [`ecp`] | the Effector Control Process: instructions, generators, conditions |
 //! | [`edp`] | the Effector Driver Process: homing, interpolation, limits, servo loops, drives |
+//! | [`maintenance`] | what a node does for those who keep it: identity, black box, updates |
+//! | [`update`] | the next image: slots, transfer, which one starts |
 //! | [`vsp`] | virtual sensors on the node |
 //! | [`config`] | what a node is told about itself |
 //! | [`capacity`] | every capacity, with its arithmetic |
@@ -31,9 +33,11 @@ pub mod config;
 pub mod ecp;
 pub mod edp;
 pub mod io;
+pub mod maintenance;
 pub mod node;
 pub mod process;
 pub mod session;
+pub mod update;
 pub mod vsp;
 
 pub use config::{ConfigError, DriveAddress, NodeConfig};

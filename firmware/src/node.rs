@@ -7,6 +7,7 @@
 //! The age of feedback is one cycle, constantly. [`Node::step`] is called whenever
 //! [`Node::next_wake`] has come, or earlier with frames that have arrived; it decides what is due.
 
+mod keep;
 mod report;
 
 pub use report::FEEDBACK_STEPS;
@@ -17,6 +18,7 @@ use crate::ecp::{Ecp, NoPrograms, Outcome, Programs, Sensors};
 use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
 use crate::edp::{Edp, EdpSetup};
 use crate::io::{Port, Received};
+use crate::maintenance::Asked;
 use crate::session::Session;
 use crate::vsp::EffortSensor;
 use agent::Vsp;
@@ -63,6 +65,8 @@ pub struct Node<R, const N: usize, P = NoPrograms> {
     trace_every: u16,
     announced: bool,
     events: heapless::Deque<Event, EVENTS>,
+    /// The maintenance request that waits for the keeper.
+    asked: Option<Asked>,
 }
 
 impl<R: Robot<N> + Copy, const N: usize> Node<R, N> {
@@ -116,6 +120,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             trace_every: 0,
             announced: false,
             events: heapless::Deque::new(),
+            asked: None,
             config,
             robot,
         })
@@ -329,6 +334,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
                 // a reply that cannot be encoded is lost like any other frame: the MP asks again
                 let _ = self.link.send_reply(from, transfer_id, &reply, &mut mp(tx));
             }
+            Message::Maintenance {
+                transfer_id,
+                request,
+            } => self.wait_for_keeper(from, transfer_id, request),
             Message::GetInfo { transfer_id } => self.send_info(from, transfer_id, tx),
             _ => {}
         }

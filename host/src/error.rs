@@ -5,6 +5,7 @@
 use crate::input::{DataError, InputError, LoadError, Problem};
 use process::End;
 use protocol::fault::{Fault, Refusal};
+use protocol::maintenance::MaintenanceRefusal;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -111,6 +112,14 @@ pub enum Error {
         /// The node's reason.
         refusal: Refusal,
     },
+    /// A node refused what was asked of its keeper; nothing changed.
+    #[error("{robot}: refused: {refusal}")]
+    Maintenance {
+        /// The robot.
+        robot: String,
+        /// The node's reason.
+        refusal: MaintenanceRefusal,
+    },
     /// A fault ended the motion.
     #[error("{}{robot}: {}", Step(step), fault_text(fault))]
     Fault {
@@ -190,6 +199,15 @@ impl Error {
             Self::Cell { .. } => exit::CONFIG,
             Self::Refused { refusal, .. } => match refusal {
                 Refusal::LeaseHeld { .. } | Refusal::NoLease { .. } => exit::TEMPORARY,
+                _ => exit::REFUSED,
+            },
+            Self::Maintenance { refusal, .. } => match refusal {
+                MaintenanceRefusal::NoLease { .. } => exit::TEMPORARY,
+                MaintenanceRefusal::WrongRobot | MaintenanceRefusal::WrongTarget => exit::CONFIG,
+                MaintenanceRefusal::WrongLength { .. } | MaintenanceRefusal::WrongCrc { .. } => {
+                    exit::DATA
+                }
+                MaintenanceRefusal::Storage => exit::IO,
                 _ => exit::REFUSED,
             },
             Self::Fault { .. } => exit::FAULT,
@@ -291,6 +309,10 @@ mod test {
             },
             Error::Stopped { step: None },
             Error::Internal("x".into()),
+            Error::Maintenance {
+                robot: name(),
+                refusal: MaintenanceRefusal::WrongCrc { got: 0xCAFE },
+            },
         ]
     }
 

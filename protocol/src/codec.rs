@@ -13,6 +13,9 @@
 //! assert_eq!(decode(bytes), Ok(StopAll { kind: StopKind::Quick }));
 //! ```
 
+use crate::maintenance::{
+    IMAGE_CHUNK, MAX_TARGET, MaintenanceReply, MaintenanceRequest, SAMPLE_BATCH,
+};
 use crate::message::{
     Command, DemandTrace, Event, Feedback, MAX_NAME, PATH_BATCH, Reply, Request, StopAll, TimeSync,
 };
@@ -65,6 +68,18 @@ const IDENTITY: usize = (BYTE + MAX_NAME)
     + BYTE // axes
     + U32 // servo step
     + U16; // macrostep
+/// Robot, target, version, schema, length, CRC.
+const IMAGE_HEADER: usize = (BYTE + MAX_NAME) + (BYTE + MAX_TARGET) + 3 + U64 + 2 * U32;
+const NODE_IDENTITY: usize = (BYTE + MAX_NAME)
+    + (BYTE + MAX_TARGET)
+    + U64 // unique id
+    + 2 // protocol
+    + U64 // schema hash
+    + U32 // configuration
+    + 3 // firmware
+    + (TAG + TAG + 3 + U32 + TAG); // image
+/// Step, state, fault; of an axis: position, error, current.
+const SAMPLE: usize = U32 + TAG + U16 + per_axis(U32 + 2 * U16);
 
 impl Payload for Command {
     const NAME: &'static str = "Command";
@@ -110,6 +125,14 @@ impl Payload for Reply {
     const NAME: &'static str = "Reply";
     const MAX: usize = TAG + greater(IDENTITY, REFUSAL);
 }
+impl Payload for MaintenanceRequest {
+    const NAME: &'static str = "MaintenanceRequest";
+    const MAX: usize = TAG + U32 + greater(IMAGE_HEADER, U32 + U32 + 2 * BYTE + IMAGE_CHUNK);
+}
+impl Payload for MaintenanceReply {
+    const NAME: &'static str = "MaintenanceReply";
+    const MAX: usize = TAG + greater(NODE_IDENTITY, U32 + U16 + BYTE + SAMPLE_BATCH * SAMPLE);
+}
 
 /// The longest message, bytes.
 pub const MAX_MESSAGE: usize = {
@@ -122,6 +145,8 @@ pub const MAX_MESSAGE: usize = {
         TimeSync::MAX,
         Request::MAX,
         Reply::MAX,
+        MaintenanceRequest::MAX,
+        MaintenanceReply::MAX,
     ];
     let mut most = 0;
     while let [first, tail @ ..] = rest {

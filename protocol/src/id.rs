@@ -85,7 +85,7 @@ pub enum Priority {
     Nominal = 4,
     /// Heartbeats and events.
     Low = 5,
-    /// Parameters.
+    /// Maintenance.
     Slow = 6,
     /// Traces.
     Optional = 7,
@@ -129,13 +129,15 @@ impl Subject {
     pub const HEARTBEAT: Self = Self(7509);
 }
 
-/// Which service, 0 to 511; ours is in the unregulated range 0 to 255.
+/// Which service, 0 to 511; ours are in the unregulated range 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Service(u16);
 
 impl Service {
     /// [`crate::message::Request`] and [`crate::message::Reply`].
     pub const REQUEST: Self = Self(100);
+    /// [`crate::maintenance::MaintenanceRequest`] and [`crate::maintenance::MaintenanceReply`].
+    pub const MAINTENANCE: Self = Self(101);
     /// `uavcan.node.GetInfo.1.0`: a fixed id of the standard.
     pub const GET_INFO: Self = Self(430);
 }

@@ -6,6 +6,7 @@
 //! | [`time`] | bus time in microseconds |
 //! | [`units`] | axis counts, position units |
 //! | [`message`] | every message between MP and node: the interface document |
+//! | [`maintenance`] | who a node is, its first fault, its next image |
 //! | [`fault`] | causes, reactions and refusals, as typed codes |
 //! | [`id`] | Cyphal/CAN identifiers and the table of our ports |
 //! | [`transfer`] | a payload as frames, and back |
@@ -46,6 +47,7 @@ pub mod force_torque;
 pub mod frame;
 pub mod id;
 pub mod link;
+pub mod maintenance;
 pub mod message;
 pub mod schema;
 pub mod time;

@@ -29,6 +29,7 @@ mod send;
 use crate::cyphal::Heartbeat;
 use crate::e2e;
 use crate::id::{NodeId, Port, Service, Subject};
+use crate::maintenance::{MaintenanceReply, MaintenanceRequest};
 use crate::message::{Command, DemandTrace, Event, Feedback, Reply, Request, StopAll, TimeSync};
 use crate::time::Micros;
 use crate::transfer::{self, Mtu, Receiver, TransferId};
@@ -88,6 +89,21 @@ pub enum Message {
         /// The answer.
         reply: Reply,
     },
+    /// A request to the maintenance service; answer it with [`Endpoint::send_maintenance_reply`] and the same
+    /// transfer-id.
+    Maintenance {
+        /// To be repeated in the reply.
+        transfer_id: TransferId,
+        /// What is asked for.
+        request: MaintenanceRequest,
+    },
+    /// The answer to the request that [`Endpoint::send_maintenance`] gave this transfer-id.
+    MaintenanceReply {
+        /// Of the request.
+        transfer_id: TransferId,
+        /// The answer.
+        reply: MaintenanceReply,
+    },
     /// `uavcan.node.GetInfo`; answer it with [`Endpoint::send_node_info`].
     GetInfo {
         /// To be repeated in the answer.
@@ -107,6 +123,8 @@ enum Kind {
     Heartbeat,
     Request,
     Reply,
+    Maintenance,
+    MaintenanceReply,
     GetInfo,
 }
 
@@ -123,6 +141,8 @@ impl Kind {
             Port::Message(subject) => (Self::Command, Some(subject.command_destination()?)),
             Port::Request(Service::REQUEST, to) => (Self::Request, Some(to)),
             Port::Response(Service::REQUEST, to) => (Self::Reply, Some(to)),
+            Port::Request(Service::MAINTENANCE, to) => (Self::Maintenance, Some(to)),
+            Port::Response(Service::MAINTENANCE, to) => (Self::MaintenanceReply, Some(to)),
             Port::Request(Service::GET_INFO, to) => (Self::GetInfo, Some(to)),
             Port::Request(..) | Port::Response(..) => return None,
         })
@@ -134,7 +154,12 @@ impl Kind {
             Role::Observer => true,
             Role::Node => matches!(
                 self,
-                Self::Command | Self::StopAll | Self::TimeSync | Self::Request | Self::GetInfo
+                Self::Command
+                    | Self::StopAll
+                    | Self::TimeSync
+                    | Self::Request
+                    | Self::Maintenance
+                    | Self::GetInfo
             ),
             Role::Coordinator => matches!(
                 self,
@@ -145,6 +170,7 @@ impl Kind {
                     | Self::TimeSync
                     | Self::Heartbeat
                     | Self::Reply
+                    | Self::MaintenanceReply
                     | Self::GetInfo
             ),
         }

@@ -4,11 +4,12 @@
 //! so neither a better doc comment nor a reformatting changes it, and any change of a field, its
 //! type, its order or an identifier does. Two programs with equal hashes understand each other
 //! fully; with different hashes and equal [`PROTOCOL`] major number, only
-//! [`crate::message::Request::Identify`], [`crate::message::Request::Stop`] and
-//! [`crate::message::StopAll`] may be used (message set v0).
+//! [`crate::message::Request::Identify`], `Acquire`, `Release`, `Stop`, a
+//! [`crate::message::Command`] without coordination, [`crate::message::StopAll`] and
+//! [`crate::maintenance`] may be used (message set v0).
 
-/// Protocol version: major, minor. Major: the meaning of the v0 set changed.
-pub const PROTOCOL: (u8, u8) = (1, 0);
+/// Protocol version: major, minor. Major: the meaning of the v0 set changed; minor: it has grown (1: maintenance).
+pub const PROTOCOL: (u8, u8) = (1, 1);
 
 /// The hash of this build's interface, sent in [`crate::message::Identity`].
 pub const SCHEMA_HASH: u64 = {
@@ -17,6 +18,7 @@ pub const SCHEMA_HASH: u64 = {
     hash = hash_of(hash, include_str!("units.rs"));
     hash = hash_of(hash, include_str!("fault.rs"));
     hash = hash_of(hash, include_str!("message.rs"));
+    hash = hash_of(hash, include_str!("maintenance.rs"));
     hash_of(hash, include_str!("id.rs"))
 };
 

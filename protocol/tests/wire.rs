@@ -5,6 +5,7 @@ mod wire {
     mod bytes;
     mod golden;
     mod link;
+    mod maintenance;
     mod oracle;
     mod protection;
     mod samples;

@@ -7,16 +7,20 @@ use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use robots::{RobotKind, TrackRule};
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// For `--help`.
 const EXIT_CODES: &str = "\
 Exit codes:
    0  done: ended by Ctrl-C or SIGTERM, at rest, torque off
   64  wrong use of the command line (unknown robot, bad bus, bad value)
+  65  a file of the state is damaged
+  66  a file of the state cannot be read
   69  the bus cannot be opened: no hub, no interface, no CAN in this system
   70  an error of this program
+  73  a file of the state cannot be written
   74  the bus failed on the way
-  77  --priority: the system does not let this user";
+  77  the system refuses access to the state, or real-time priority";
 
 /// The controller node of one robot, in real time.
 ///
@@ -51,6 +55,10 @@ struct Raw {
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
     priority: Option<u8>,
+    /// Keep starts, black box and images in this folder, so that they survive this process; without it they do not,
+    /// and the node has no slots for images
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
     /// JSON lines on stdout: every event as it happens, then the summary
     #[arg(long)]
     json: bool,
@@ -93,6 +101,8 @@ pub(crate) struct Args {
     pub(crate) track: TrackRule,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
+    /// Where its state is kept.
+    pub(crate) state: Option<PathBuf>,
     /// JSON lines on stdout.
     pub(crate) json: bool,
 }
@@ -136,6 +146,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::InFront => TrackRule::InFront,
         },
         priority: raw.priority,
+        state: raw.state,
         json: raw.json,
     })
 }
@@ -209,7 +220,16 @@ mod tests {
     fn help_and_version_are_no_errors() {
         let help = of("mrroc-node --help").unwrap_err();
         assert_eq!(help.code, 0);
-        for code in [exit::USAGE, exit::UNAVAILABLE, exit::INTERNAL, exit::IO] {
+        for code in [
+            exit::USAGE,
+            exit::DATA,
+            exit::NO_INPUT,
+            exit::UNAVAILABLE,
+            exit::INTERNAL,
+            exit::CANNOT_CREATE,
+            exit::IO,
+            exit::PERMISSION,
+        ] {
             assert!(
                 help.text.contains(&format!("  {code}  ")),
                 "{code} is not in --help"

@@ -23,6 +23,7 @@ mod ports;
 mod printer;
 mod report;
 mod run;
+mod state;
 
 use std::process::ExitCode;
 

@@ -6,8 +6,10 @@ use crate::panel::{Ended, Panel};
 use crate::ports::{self, Ports};
 use crate::printer::Printer;
 use crate::report::Report;
+use crate::state::State;
 use bus::now;
 use bus::spec::Place;
+use firmware::maintenance::Kept;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
 use process::{End, Lateness, exit};
 use protocol::id::NodeId;
@@ -53,8 +55,13 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         asking.fetch_add(1, Ordering::Relaxed);
     })
     .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
-    let node = args.robot.visit(args.track, Build(&station));
-    let node = node.map_err(wrong)?;
+    let state = State::open(args.state.as_deref(), args.robot)?;
+    let build = Build {
+        station: &station,
+        state: &state,
+        wrong: &wrong,
+    };
+    let node = args.robot.visit(args.track, build)?;
     let identity = node.identity();
     let half = Micros(u64::from(identity.servo_step_us) / 2);
     let mut work = Work {
@@ -68,10 +75,10 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         asked,
         id: NodeId::effector(args.effector).unwrap_or(NodeId::MP),
     };
-    work.begin(args);
+    work.begin(args, &state);
     let result = work.turn();
     work.summary();
-    result
+    result.and(state.end())
 }
 
 /// Random enough to tell this process from the one before.
@@ -95,17 +102,23 @@ impl RobotVisitor for Drives<'_> {
 }
 
 /// Makes the node of a robot.
-struct Build<'a>(&'a Station);
+struct Build<'a, W> {
+    station: &'a Station,
+    state: &'a State,
+    wrong: &'a W,
+}
 
-impl RobotVisitor for Build<'_> {
-    type Output = Result<Box<dyn NodeProcess>, ConfigError>;
+impl<W: Fn(ConfigError) -> End> RobotVisitor for Build<'_, W> {
+    type Output = Result<Box<dyn NodeProcess>, End>;
 
     fn visit<R, const N: usize>(self, robot: R) -> Self::Output
     where
         R: Robot<N> + Copy + Debug + Send + Sync + 'static,
     {
-        let config = self.0.config(robot.description().drive_buses())?;
-        Ok(Box::new(Node::new(now(), robot, config)?))
+        let config = self.station.config(robot.description().drive_buses());
+        let node = config.and_then(|config| Node::new(now(), robot, config));
+        let keeper = self.state.keeper(N)?;
+        Ok(Box::new(Kept::new(node.map_err(self.wrong)?, keeper)))
     }
 }
 
@@ -122,7 +135,7 @@ struct Work {
 }
 
 impl Work {
-    fn begin(&self, args: &Args) {
+    fn begin(&self, args: &Args, state: &State) {
         let identity = self.node.identity();
         self.printer.tell(format!(
             "{}: effector {} is node {}, {} axes, servo step {} us, schema {:016x}; Ctrl-C ends it",
@@ -136,6 +149,7 @@ impl Work {
         self.printer.json(&json!({
             "event": "ready", "robot": self.robot.name(), "effector": args.effector,
             "node": self.id.get(), "axes": identity.axes, "servo_step_us": identity.servo_step_us,
+            "boots": state.boots, "reset_cause": format!("{:?}", state.cause),
         }));
     }
 

@@ -98,6 +98,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the conversion saturates")]
-fn milliamps(ma: f64) -> i16 {
+pub(super) fn milliamps(ma: f64) -> i16 {
     libm::round(ma) as i16
 }

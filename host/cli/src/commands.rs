@@ -6,6 +6,7 @@ use crate::eds::Eds;
 use crate::kin::Kin;
 use crate::load::Bus;
 use crate::monitor;
+use crate::node::Node;
 use crate::plan::Plan;
 use crate::replay;
 use crate::robot::Robot;
@@ -52,6 +53,8 @@ enum Command {
     Replay(replay::Replay),
     /// Watch the nodes on a bus: states, joints, faults.
     Monitor(monitor::Monitor),
+    /// One node: who it is, why it started, its first fault, its next image.
+    Node(Node),
     /// Kinematics: poses, joints, motors, Jacobians.
     Kin(Kin),
     /// What is known about a robot: axes, limits, masses; as text, JSON or URDF.
@@ -306,6 +309,7 @@ impl Cli {
             Command::Replay(replay) => replay.run(&mut std::io::stdout().lock())?,
             Command::Stop(args) => monitor::stop(&args.bus, args.kind)?,
             Command::Monitor(args) => args.run()?,
+            Command::Node(node) => node.run(&mut std::io::stdout().lock())?,
             Command::Kin(kin) => {
                 let mut input = BufReader::new(std::io::stdin());
                 kin.run(&mut std::io::stdout().lock(), &mut input)?;

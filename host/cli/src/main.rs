@@ -10,6 +10,7 @@ mod jsonl;
 mod kin;
 mod load;
 mod monitor;
+mod node;
 mod observe;
 mod plan;
 mod record;

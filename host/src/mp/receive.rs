@@ -50,6 +50,8 @@ impl Mp {
             | Message::StopAll(_)
             | Message::TimeSync(_)
             | Message::Request { .. }
+            | Message::Maintenance { .. }
+            | Message::MaintenanceReply { .. }
             | Message::GetInfo { .. } => {}
         }
     }

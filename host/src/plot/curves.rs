@@ -38,7 +38,9 @@ pub(super) fn lay_out(data: &CurvesPlot) -> Drawing {
     };
     let anchor = super::drawing::Anchor::Start;
     drawing.text([24.0, 34.0], 20.0, anchor, INK, data.title.clone());
-    let mut top = legend(&mut drawing, data.names.iter().map(String::as_str)) + 20.0;
+    let limits = data.diagrams.iter().any(|d| d.limit.is_some());
+    let names = data.names.iter().map(String::as_str);
+    let mut top = legend(&mut drawing, names, limits) + 20.0;
     let points = || data.diagrams.iter().flat_map(|d| d.curves.iter().flatten());
     let x = Range::of(points().map(|[x, _]| *x)).padded(0.0, 1e-6);
     for (number, diagram) in data.diagrams.iter().enumerate() {

@@ -88,10 +88,8 @@ pub(super) fn lay_out(data: &MotionPlot) -> Drawing {
         ..Drawing::default()
     };
     drawing.text([24.0, 34.0], 20.0, Anchor::Start, INK, data.title.clone());
-    let mut top = legend(
-        &mut drawing,
-        data.axes.iter().map(|axis| axis.name.as_str()),
-    ) + 20.0;
+    let names = data.axes.iter().map(|axis| axis.name.as_str());
+    let mut top = legend(&mut drawing, names, true) + 20.0;
     let curves: Vec<Vec<(f64, State)>> = data.axes.iter().map(curve).collect();
     let ends = curves.iter().flatten().map(|(t, _)| *t);
     let time = Range::of(ends.chain([0.0])).padded(0.0, 1e-6);
@@ -123,12 +121,17 @@ pub(super) fn stroke(axis: usize) -> Stroke {
     }
 }
 
-/// The names of the axes, and what a thin line is; the bottom of it all.
-pub(super) fn legend<'a>(drawing: &mut Drawing, names: impl Iterator<Item = &'a str>) -> f64 {
+/// The names of the axes, and what a thin line is if there are any; the bottom of it all.
+pub(super) fn legend<'a>(
+    drawing: &mut Drawing,
+    names: impl Iterator<Item = &'a str>,
+    limits: bool,
+) -> f64 {
     let limit = Stroke::dashed(SOFT_INK, 0.9);
     let names = names.enumerate();
     let entries = names.map(|(number, name)| (stroke(number), name.chars().take(24).collect()));
-    let entries: Vec<(Stroke, String)> = entries.chain([(limit, "limit".into())]).collect();
+    let thin = limits.then(|| (limit, "limit".into()));
+    let entries: Vec<(Stroke, String)> = entries.chain(thin).collect();
     let (mut x, mut y) = (LEFT, LEGEND_TOP);
     for (stroke, label) in entries {
         let width = 30.0 + font::width(&label, 12.0);

@@ -210,6 +210,18 @@ fn read<const SESSIONS: usize>(
             let reply = judge.service(transfer)?;
             (Message::Reply { transfer_id, reply }, 0)
         }
+        Kind::Maintenance => {
+            let request = judge.service(transfer)?;
+            let message = Message::Maintenance {
+                transfer_id,
+                request,
+            };
+            (message, 0)
+        }
+        Kind::MaintenanceReply => {
+            let reply = judge.service(transfer)?;
+            (Message::MaintenanceReply { transfer_id, reply }, 0)
+        }
         Kind::GetInfo => (Message::GetInfo { transfer_id }, 0),
     })
 }

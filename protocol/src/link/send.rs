@@ -6,6 +6,7 @@ use crate::cyphal::{Heartbeat, MAX_INFO, NodeInfo};
 use crate::e2e;
 use crate::frame::Frame;
 use crate::id::{CanId, NodeId, Port, Priority, Service, Subject};
+use crate::maintenance::{MaintenanceReply, MaintenanceRequest};
 use crate::message::{Command, DemandTrace, Event, Feedback, Reply, Request, StopAll, TimeSync};
 use crate::time::Micros;
 use crate::transfer::{MAX_TRANSFER, Mtu, TransferId, Transmitter, padded_length};
@@ -154,12 +155,48 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
         out: &mut impl FnMut(Frame),
     ) -> Result<TransferId, EncodeError> {
         let id = self.id(Priority::Nominal, Port::Request(Service::REQUEST, to));
-        let mut counter = TransferId::default();
-        if let Some(session) = self.requests.get_mut(usize::from(to.get())) {
-            counter = TransferId::new(take(session));
-        }
+        let counter = self.request_id(to);
         transmit(request, id, self.mtu, counter.get(), Some(0), out)?;
         Ok(counter)
+    }
+
+    /// Both of our services count together: a receiver takes any transfer-id but the one just received.
+    fn request_id(&mut self, to: NodeId) -> TransferId {
+        match self.requests.get_mut(usize::from(to.get())) {
+            Some(session) => TransferId::new(take(session)),
+            None => TransferId::default(),
+        }
+    }
+
+    /// Anyone → node: a request to the maintenance service; its answer will carry the returned transfer-id.
+    ///
+    /// # Errors
+    /// Never for messages that the types allow.
+    pub fn send_maintenance(
+        &mut self,
+        to: NodeId,
+        request: &MaintenanceRequest,
+        out: &mut impl FnMut(Frame),
+    ) -> Result<TransferId, EncodeError> {
+        let id = self.id(Priority::Slow, Port::Request(Service::MAINTENANCE, to));
+        let counter = self.request_id(to);
+        transmit(request, id, self.mtu, counter.get(), Some(0), out)?;
+        Ok(counter)
+    }
+
+    /// Node → whoever asked: the answer to the maintenance request of this transfer-id.
+    ///
+    /// # Errors
+    /// Never for messages that the types allow.
+    pub fn send_maintenance_reply(
+        &mut self,
+        to: NodeId,
+        transfer_id: TransferId,
+        reply: &MaintenanceReply,
+        out: &mut impl FnMut(Frame),
+    ) -> Result<(), EncodeError> {
+        let id = self.id(Priority::Slow, Port::Response(Service::MAINTENANCE, to));
+        transmit(reply, id, self.mtu, transfer_id.get(), Some(0), out)
     }
 
     /// Node → MP: the answer to the request of this transfer-id.

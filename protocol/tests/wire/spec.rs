@@ -4,6 +4,7 @@ use protocol::codec::{MAX_MESSAGE, Payload};
 use protocol::e2e::{HEADER, RESYNC};
 use protocol::fault::{Cause, Reaction};
 use protocol::id::{NodeId, Service, Subject};
+use protocol::maintenance::{IMAGE_CHUNK, MaintenanceReply, MaintenanceRequest, SAMPLE_BATCH};
 use protocol::message::{Command, DemandTrace, Event, Feedback, Reply, Request, StopAll, TimeSync};
 use protocol::schema::PROTOCOL;
 use protocol::transfer::{MAX_PADDING, MAX_TRANSFER};
@@ -44,6 +45,13 @@ fn every_identifier_is_in_the_table() {
     );
     says(
         &spec,
+        &format!(
+            "| `MaintenanceRequest`, `MaintenanceReply` | service {} |",
+            Service::MAINTENANCE.get()
+        ),
+    );
+    says(
+        &spec,
         &format!("| `GetInfo` | service {} |", Service::GET_INFO.get()),
     );
     says(
@@ -70,6 +78,10 @@ fn every_size_is_in_the_table() {
     row::<TimeSync>(&spec);
     row::<Request>(&spec);
     row::<Reply>(&spec);
+    row::<MaintenanceRequest>(&spec);
+    row::<MaintenanceReply>(&spec);
+    says(&spec, &format!("at most {IMAGE_CHUNK} bytes"));
+    says(&spec, &format!("at most {SAMPLE_BATCH} `Sample`"));
     says(
         &spec,
         &format!("the longest message has {MAX_MESSAGE} bytes"),
@@ -86,10 +98,15 @@ fn every_size_is_in_the_table() {
 fn every_field_and_variant_is_named() {
     let spec = spec();
     let source = include_str!("../../src/message.rs");
+    let maintenance = include_str!("../../src/maintenance.rs");
     let refusals = include_str!("../../src/fault.rs");
     let refusals = &refusals[refusals.find("pub struct Fault").unwrap()..];
     let mut checked = 0;
-    for line in source.lines().chain(refusals.lines()) {
+    for line in source
+        .lines()
+        .chain(maintenance.lines())
+        .chain(refusals.lines())
+    {
         let text = line.trim();
         let name = text
             .trim_start_matches("pub struct ")
@@ -111,7 +128,7 @@ fn every_field_and_variant_is_named() {
             checked += 1;
         }
     }
-    assert!(checked > 150, "only {checked} names were checked");
+    assert!(checked > 250, "only {checked} names were checked");
 }
 
 #[test]

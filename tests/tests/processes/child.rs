@@ -134,7 +134,6 @@ impl Process {
     }
 
     /// As by `kill -9`: it can do nothing about it.
-    #[cfg(target_os = "linux")]
     pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();

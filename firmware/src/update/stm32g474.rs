@@ -1,0 +1,98 @@
+//! Where bootloader, log and slots are in an STM32G474RE, and what its reset flags mean.
+//!
+//! 512 KiB of flash in two banks (DBANK = 1, the factory's setting) of 128 pages of 2 KiB; 8 bytes are written at a time;
+//! erasing a page takes 22 ms, and code in the other bank runs meanwhile (RM0440, 3.3; DS12288, table of flash memory).
+//!
+//! ```text
+//!  page of either bank      0 … 5          6          7         8          9 … 127
+//!                           bootloader     log        spare     header     image
+//!                           12 KiB         2 KiB      2 KiB     2 KiB      119 · 2 KiB = 243 712 bytes
+//! ```
+//! Both banks look the same. The bootloader is in both; it shows the bank of the image it starts at 0800 0000 (`FB_MODE` of
+//! `SYSCFG_MEMRMP`), so that every image is linked for one address, 0800 4800. 4800 = 9 · 800, a multiple of 200: the
+//! vector table (118 entries of 4 bytes, aligned to the next power of two, 512) may be there.
+
+use super::slots::Layout;
+use protocol::maintenance::ResetCause;
+
+/// A page, bytes.
+pub const PAGE: u32 = 2048;
+/// A bank, bytes: 128 pages.
+pub const BANK: u32 = 128 * PAGE;
+/// What is written at a time, bytes.
+pub const WRITE: u32 = 8;
+/// The bootloader, bytes, at the beginning of either bank.
+pub const BOOTLOADER: u32 = 6 * PAGE;
+/// Where the flash is.
+pub const FLASH: u32 = 0x0800_0000;
+
+const LOG: u32 = BOOTLOADER;
+const SLOT: u32 = 8 * PAGE;
+
+/// Bytes from the beginning of bank 1, as the banks lie without `FB_MODE`.
+pub const LAYOUT: Layout = Layout {
+    slot_a: SLOT,
+    slot_b: BANK + SLOT,
+    slot: BANK - SLOT,
+    log: [LOG, BANK + LOG],
+};
+
+/// The address every image is linked for.
+pub const IMAGE: u32 = FLASH + SLOT + PAGE;
+
+/// The longest image, bytes.
+pub const CAPACITY: u32 = LAYOUT.slot - PAGE;
+
+const _: () = assert!(CAPACITY == 243_712 && IMAGE == 0x0800_4800 && IMAGE.is_multiple_of(512));
+const _: () = assert!(SLOT >= LOG + PAGE && LAYOUT.slot_b + LAYOUT.slot == 2 * BANK);
+
+/// Why the chip was reset, by `RCC_CSR` as it was at the start (RM0440, 7.4.29): clear it by `RMVF` afterwards.
+///
+/// A watchdog, the program or the supply also pull the pin, so the pin counts only alone.
+#[must_use]
+pub const fn reset_cause(rcc_csr: u32) -> ResetCause {
+    const LOW_POWER: u32 = 1 << 31;
+    const WINDOW_WATCHDOG: u32 = 1 << 30;
+    const WATCHDOG: u32 = 1 << 29;
+    const SOFTWARE: u32 = 1 << 28;
+    const BROWN_OUT: u32 = 1 << 27;
+    const PIN: u32 = 1 << 26;
+    const OPTION_BYTES: u32 = 1 << 25;
+    if rcc_csr & BROWN_OUT != 0 {
+        // the chip does not tell a supply that sagged from one that was switched on
+        ResetCause::PowerOn
+    } else if rcc_csr & (WATCHDOG | WINDOW_WATCHDOG) != 0 {
+        ResetCause::Watchdog
+    } else if rcc_csr & SOFTWARE != 0 {
+        ResetCause::Software
+    } else if rcc_csr & (OPTION_BYTES | LOW_POWER) != 0 {
+        ResetCause::Option
+    } else if rcc_csr & PIN != 0 {
+        ResetCause::Pin
+    } else {
+        ResetCause::Unknown
+    }
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn the_strongest_flag_tells() {
+        let pin = 1 << 26;
+        for (csr, cause) in [
+            (0, ResetCause::Unknown),
+            (pin, ResetCause::Pin),
+            (pin | 1 << 27, ResetCause::PowerOn),
+            (pin | 1 << 28, ResetCause::Software),
+            (pin | 1 << 29, ResetCause::Watchdog),
+            (pin | 1 << 30, ResetCause::Watchdog),
+            (pin | 1 << 31, ResetCause::Option),
+            (pin | 1 << 25, ResetCause::Option),
+            (u32::MAX, ResetCause::PowerOn),
+        ] {
+            assert_eq!(reset_cause(csr), cause, "{csr:08x}");
+        }
+    }
+}
