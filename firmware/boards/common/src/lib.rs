@@ -7,6 +7,23 @@
 //! | [`frames`] | a CAN frame with its port and time as bytes |
 //! | [`channel`] | the lock-step channel: one message in, one message out, a step of the node between |
 //! | [`mailbox`] | the real-time mailbox: two rings of frames in shared memory |
+//!
+//! And what a board with pins needs, without its pins:
+//!
+//! | module | one line |
+//! |---|---|
+//! | [`bit_timing`] | the bits of CAN and CAN FD, from the clock of the controller |
+//! | [`mcan`] | Bosch's CAN controller, as in the STM32: registers and message memory |
+//! | [`outbox`] | frames that wait to be sent, the most urgent first |
+//! | [`time_base`] | microseconds from counters that wrap around |
+//! | [`rim`] | a step of the node |
+//! | [`guard`] | what stops a robot by wire: the next two, and the pins |
+//! | [`emergency`] | the emergency stop: two contacts, debounced, compared, latched |
+//! | [`torque`] | safe torque off and the brake, in their order |
+//! | [`alive`] | who may feed the watchdog |
+//! | [`light`] | what the status light says |
+//! | [`reset`] | why the board was reset, kept over resets |
+//! | [`store`] | a configuration in flash, twice |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -22,8 +39,20 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod alive;
+pub mod bit_timing;
 pub mod boot;
 mod bytes;
 pub mod channel;
+pub mod emergency;
 pub mod frames;
+pub mod guard;
+pub mod light;
 pub mod mailbox;
+pub mod mcan;
+pub mod outbox;
+pub mod reset;
+pub mod rim;
+pub mod store;
+pub mod time_base;
+pub mod torque;
