@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`bit_timing`] | the bits of CAN and CAN FD, from the clock of the controller |
 //! | [`mcan`] | Bosch's CAN controller, as in the STM32: registers and message memory |
+//! | [`port`] | one CAN port: controller, frames that wait, bus-off |
 //! | [`outbox`] | frames that wait to be sent, the most urgent first |
 //! | [`time_base`] | microseconds from counters that wrap around |
 //! | [`rim`] | a step of the node |
@@ -51,6 +52,7 @@ pub mod light;
 pub mod mailbox;
 pub mod mcan;
 pub mod outbox;
+pub mod port;
 pub mod reset;
 pub mod rim;
 pub mod store;

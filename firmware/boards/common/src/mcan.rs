@@ -332,4 +332,4 @@ fn offset(first: usize, at: u32, words: usize) -> usize {
 }
 
 #[cfg(test)]
-mod test;
+pub(crate) mod test;

@@ -9,7 +9,7 @@ const CLOCK: u32 = 170_000_000;
 
 /// A controller as its manual tells: registers that mean what they mean, and memory.
 #[derive(Debug)]
-struct Model {
+pub(crate) struct Model {
     registers: [u32; 0x104 / 4],
     memory: [u32; MEMORY],
     /// Frames on the wire, in the order in which they were sent.
@@ -18,6 +18,7 @@ struct Model {
 }
 
 impl Model {
+    /// As it is without power.
     fn new() -> Rc<RefCell<Self>> {
         Rc::new(RefCell::new(Self {
             registers: [0; 0x104 / 4],
@@ -32,7 +33,11 @@ impl Model {
         match word {
             CCCR if self.dead => {}
             // the right to change goes with the initialisation
-            CCCR if value & INIT == 0 => self.registers[CCCR] = value & !CHANGE,
+            CCCR if value & INIT == 0 => {
+                self.registers[CCCR] = value & !CHANGE;
+                // with nobody else on the wire, 128 times 11 recessive bits are soon there
+                self.registers[PSR] &= !BUS_OFF;
+            }
             DBTP | NBTP | TSCC | TDCR | RXGFC | TXBC if !configuring => {
                 panic!("word {word} is protected")
             }
@@ -52,7 +57,7 @@ impl Model {
     }
 
     /// A frame comes; into which queue the filter says. `false` if it is full.
-    fn receive(&mut self, frame: &Frame, stamp: u16) -> bool {
+    pub(crate) fn receive(&mut self, frame: &Frame, stamp: u16) -> bool {
         let filter = self.memory[0];
         let [action, id, mask] = [filter >> 27 & 7, filter >> 16 & 0x7FF, filter & 0x7FF];
         assert_eq!(filter >> 30, 2, "an identifier and a mask");
@@ -76,8 +81,23 @@ impl Model {
         true
     }
 
+    /// Too many errors.
+    pub(crate) fn go_off(&mut self) {
+        self.registers[PSR] = BUS_OFF;
+        self.registers[CCCR] |= INIT;
+        self.registers[IR] |= BUS_OFF_CHANGED;
+    }
+
+    pub(crate) fn is_off(&self) -> bool {
+        self.registers[PSR] & BUS_OFF != 0
+    }
+
+    pub(crate) fn wire(&self) -> &[Frame] {
+        &self.wire
+    }
+
     /// The wire is free: the lowest identifier goes, of equals that in the lowest buffer.
-    fn send(&mut self, stamp: u16) {
+    pub(crate) fn send(&mut self, stamp: u16) {
         let pending = self.registers[TXBRP];
         let frame = |k: usize| {
             let at = TO_SEND + k * element::WORDS;
@@ -102,7 +122,7 @@ impl Model {
 }
 
 #[derive(Debug)]
-struct Window {
+pub(crate) struct Window {
     model: Rc<RefCell<Model>>,
     memory: bool,
 }
@@ -135,18 +155,18 @@ fn windows(model: &Rc<RefCell<Model>>) -> [Window; 2] {
 
 const SYNC: Id = Id::Standard(0x80);
 
-fn started(timing: &BitTiming) -> (Rc<RefCell<Model>>, MCan<Window>) {
+pub(crate) fn started(timing: &BitTiming) -> (Rc<RefCell<Model>>, MCan<Window>) {
     let model = Model::new();
     let [registers, memory] = windows(&model);
     let can = MCan::start(registers, memory, timing, Some(SYNC)).unwrap();
     (model, can)
 }
 
-fn drives() -> BitTiming {
+pub(crate) fn drives() -> BitTiming {
     classic(CLOCK, Rate::canopen(1_000_000), &M_CAN).unwrap()
 }
 
-fn frame(id: u16, number: u8) -> Frame {
+pub(crate) fn frame(id: u16, number: u8) -> Frame {
     Frame::classic(Id::Standard(id), &[number]).unwrap()
 }
 
@@ -292,12 +312,7 @@ fn bus_off_is_counted_once_and_left_with_empty_buffers() {
     let mut outbox = Outbox::<16>::new();
     outbox.push(frame(0x201, 0));
     can.transmit(&mut outbox);
-    {
-        let mut model = model.borrow_mut();
-        model.registers[PSR] = BUS_OFF;
-        model.registers[CCCR] |= INIT;
-        model.registers[IR] |= BUS_OFF_CHANGED;
-    }
+    model.borrow_mut().go_off();
     can.acknowledge();
     can.acknowledge();
     assert!(can.is_bus_off());
