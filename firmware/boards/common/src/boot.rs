@@ -2,6 +2,7 @@
 //! with pins has this in its own source; an emulated one is told by its host.
 
 use crate::bytes::{Reader, Writer};
+use firmware::process::drive_buses;
 use firmware::{ConfigError, Node, NodeProcess, Port, Received, Station};
 use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState, ServoLaw};
@@ -61,9 +62,45 @@ pub trait Home {
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError>;
 }
 
+/// Does this image know the robot? Its features say so.
+#[must_use]
+pub const fn known(kind: RobotKind) -> bool {
+    match kind {
+        RobotKind::Irp6Track => cfg!(feature = "irp6-track"),
+        RobotKind::Irp6Postument => cfg!(feature = "irp6-postument"),
+        RobotKind::Polycrank => cfg!(feature = "polycrank"),
+        RobotKind::Irp6Arm => cfg!(feature = "irp6-arm"),
+        RobotKind::Conveyor => cfg!(feature = "conveyor"),
+        RobotKind::Irp6TrackGripper => cfg!(feature = "irp6-track-gripper"),
+        RobotKind::Irp6PostumentGripper => cfg!(feature = "irp6-postument-gripper"),
+        RobotKind::Rnt => cfg!(feature = "rnt"),
+    }
+}
+
 impl Boot {
     /// The bytes of [`Self::write`].
     pub const BYTES: usize = 32 + MAX_AXES;
+
+    /// A node on a board that nobody has configured: the first robot that this image knows, alone in its cell, on
+    /// buses of its own, at a fifth of its speed.
+    #[must_use]
+    pub fn unconfigured(now: Micros) -> Option<Self> {
+        let kind = RobotKind::ALL.into_iter().find(|kind| known(*kind))?;
+        Some(Self {
+            now,
+            kind,
+            station: Station {
+                effector: kind.effector(),
+                unique_id: 0,
+                mtu: Mtu::Fd,
+                law: ServoLaw::DrivePosition,
+                velocity_factor: 0.2,
+                one_wire: false,
+                track: TrackRule::Keep,
+            },
+            buses: drive_buses(kind),
+        })
+    }
 
     /// The node of this robot, in its home.
     ///
@@ -73,18 +110,8 @@ impl Boot {
         &self,
         home: impl Home,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
-        let known = match self.kind {
-            RobotKind::Irp6Track => cfg!(feature = "irp6-track"),
-            RobotKind::Irp6Postument => cfg!(feature = "irp6-postument"),
-            RobotKind::Polycrank => cfg!(feature = "polycrank"),
-            RobotKind::Irp6Arm => cfg!(feature = "irp6-arm"),
-            RobotKind::Conveyor => cfg!(feature = "conveyor"),
-            RobotKind::Irp6TrackGripper => cfg!(feature = "irp6-track-gripper"),
-            RobotKind::Irp6PostumentGripper => cfg!(feature = "irp6-postument-gripper"),
-            RobotKind::Rnt => cfg!(feature = "rnt"),
-        };
         // after this the compiler knows which of the robots are left, and drops the others
-        if known {
+        if known(self.kind) {
             self.kind
                 .visit(self.station.track, Make { boot: self, home })
         } else {
@@ -316,5 +343,15 @@ mod test {
                 BootError::Config(ConfigError::VelocityFactor)
             );
         }
+    }
+    #[test]
+    fn a_board_that_nobody_has_configured_gets_a_node() {
+        let boot = Boot::unconfigured(Micros(5)).unwrap();
+        assert!(known(boot.kind));
+        let node = boot.node(Leaked).unwrap();
+        assert_eq!(node.identity().robot, boot.kind.name());
+        let mut buffer = [0; Boot::BYTES];
+        assert!(boot.write(&mut buffer).is_some());
+        assert_eq!(Boot::read(&buffer), Some(boot));
     }
 }

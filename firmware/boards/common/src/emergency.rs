@@ -87,14 +87,14 @@ pub struct EmergencyStop {
 impl Default for EmergencyStop {
     fn default() -> Self {
         Self {
-            first: Debounced::new(false),
-            second: Debounced::new(false),
+            first: Debounced::new(true),
+            second: Debounced::new(true),
             // pressed: one that hangs from the start has no edge
             reset: Debounced::new(true),
             reset_was: true,
             differ: None,
             both_opened: false,
-            state: Emergency::Pressed,
+            state: Emergency::AwaitingReset,
         }
     }
 }
@@ -187,7 +187,7 @@ mod test {
     #[test]
     fn it_begins_latched_and_a_reset_that_hangs_is_no_edge() {
         let mut button = Button::new();
-        assert_eq!(button.stop.state(), Emergency::Pressed);
+        assert_eq!(button.stop.state(), Emergency::AwaitingReset);
         assert_eq!(
             button.ticks(100, true, true, true),
             Emergency::AwaitingReset

@@ -35,10 +35,8 @@ impl<const N: usize> Outbox<N> {
     /// The next frame for a controller that holds frames of these identifiers ([`protocol::frame::Id::arbitration`]).
     pub fn take(&mut self, held: &[u64]) -> Option<Frame> {
         let urgency = |frame: &Frame| frame.id().arbitration();
-        let (at, _) = self
-            .waiting
-            .iter()
-            .enumerate()
+        let (at, _) = (0..N)
+            .zip(&self.waiting)
             .filter(|(_, frame)| !held.contains(&urgency(frame)))
             // the first of equals
             .min_by_key(|(_, frame)| urgency(frame))?;

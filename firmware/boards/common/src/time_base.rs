@@ -59,6 +59,43 @@ pub fn ended(began: Micros, frame: &Frame, rates: Rates) -> Micros {
     )
 }
 
+/// How evenly something comes that should come once a period: SYNC.
+#[derive(Clone, Copy, Debug)]
+pub struct Beat {
+    period: Micros,
+    last: Option<Micros>,
+    worst: u32,
+}
+
+impl Beat {
+    /// Of this period.
+    #[must_use]
+    pub const fn new(period: Micros) -> Self {
+        Self {
+            period,
+            last: None,
+            worst: 0,
+        }
+    }
+
+    /// It came.
+    pub fn heard(&mut self, at: Micros) {
+        if let Some(last) = self.last {
+            let off = at.since(last).0.abs_diff(self.period.0);
+            let off = u32::try_from(off).unwrap_or(u32::MAX);
+            if off > self.worst {
+                self.worst = off;
+            }
+        }
+        self.last = Some(at);
+    }
+
+    /// By how much the worst period differed since this was asked the last time, µs.
+    pub const fn worst(&mut self) -> u32 {
+        core::mem::replace(&mut self.worst, 0)
+    }
+}
+
 #[cfg(test)]
 #[expect(
     clippy::cast_possible_truncation,
@@ -109,5 +146,17 @@ mod test {
         // alternating bits: hardly any stuffing, at least the 111 bits that every such frame has, at most 135
         let end = ended(Micros(1000), &frame, Rates::CLASSIC_1M);
         assert!((1111..1135).contains(&end.0), "{end:?}");
+    }
+
+    #[test]
+    fn the_worst_period_is_told_once() {
+        let mut beat = Beat::new(Micros(2000));
+        for at in [5, 2005, 4006, 5999, 8006] {
+            beat.heard(Micros(at));
+        }
+        // 1993 and 2007 are off by 7
+        assert_eq!((beat.worst(), beat.worst()), (7, 0));
+        beat.heard(Micros(10_004));
+        assert_eq!(beat.worst(), 2);
     }
 }
