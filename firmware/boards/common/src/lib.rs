@@ -17,13 +17,16 @@
 //! | [`port`] | one CAN port: controller, frames that wait, bus-off |
 //! | [`outbox`] | frames that wait to be sent, the most urgent first |
 //! | [`time_base`] | microseconds from counters that wrap around |
+//! | [`inbox`] | frames that wait for the node |
 //! | [`rim`] | a step of the node |
-//! | [`guard`] | what stops a robot by wire: the next two, and the pins |
+//! | [`tick`] | all that a tick does: the next five |
+//! | [`guard`] | what stops a robot by wire, and the pins |
 //! | [`emergency`] | the emergency stop: two contacts, debounced, compared, latched |
 //! | [`torque`] | safe torque off and the brake, in their order |
 //! | [`alive`] | who may feed the watchdog |
 //! | [`light`] | what the status light says |
 //! | [`reset`] | why the board was reset, kept over resets |
+//! | [`config`] | which node a board makes |
 //! | [`store`] | a configuration in flash, twice |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -45,9 +48,11 @@ pub mod bit_timing;
 pub mod boot;
 mod bytes;
 pub mod channel;
+pub mod config;
 pub mod emergency;
 pub mod frames;
 pub mod guard;
+pub mod inbox;
 pub mod light;
 pub mod mailbox;
 pub mod mcan;
@@ -56,5 +61,6 @@ pub mod port;
 pub mod reset;
 pub mod rim;
 pub mod store;
+pub mod tick;
 pub mod time_base;
 pub mod torque;

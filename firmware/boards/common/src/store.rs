@@ -60,7 +60,7 @@ impl<E: core::fmt::Debug> core::error::Error for SaveError<E> {}
 /// The first two pages of this flash.
 #[derive(Debug)]
 pub struct Store<F> {
-    flash: F,
+    pub(crate) flash: F,
     version: u16,
 }
 
@@ -186,7 +186,7 @@ fn proof(head: &[u8], content: &[u8]) -> u32 {
 }
 
 #[cfg(test)]
-mod test {
+pub(crate) mod test {
     use super::*;
     use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
     use proptest::prelude::*;
@@ -197,7 +197,7 @@ mod test {
 
     /// Flash of two pages that loses power after so many elementary changes, in the middle of one.
     #[derive(Clone, Debug)]
-    struct Torn {
+    pub(crate) struct Torn {
         bytes: Vec<u8>,
         /// Changes left until power goes: a double word programmed, or a quarter of a page erased.
         left: u32,
@@ -208,7 +208,7 @@ mod test {
     }
 
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    struct NoPower;
+    pub(crate) struct NoPower;
 
     impl NorFlashError for NoPower {
         fn kind(&self) -> NorFlashErrorKind {
@@ -217,13 +217,23 @@ mod test {
     }
 
     impl Torn {
-        fn new() -> Self {
+        pub(crate) fn new() -> Self {
             Self {
                 bytes: vec![0x5A; 2 * PAGE],
                 left: u32::MAX,
                 noise: 0,
                 unreadable: None,
             }
+        }
+
+        /// Power goes with the change of this number, from 1.
+        pub(crate) const fn cut_after(&mut self, changes: u32) {
+            self.left = changes;
+        }
+
+        /// A bit of this byte.
+        pub(crate) fn rot(&mut self, byte: usize) {
+            self.bytes[byte] ^= 1;
         }
 
         /// A change of these bytes: whole, cut, or no more.

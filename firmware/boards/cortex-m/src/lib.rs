@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`place`] | the memory of the node, made once |
 //! | [`log`] | defmt frames in a ring, taken out by whoever has time |
+//! | [`report`] | what a board says of itself |
 //! | [`rtt`] | the log's way out through a debugger |
 //! | [`stack`] | how much of the painted stack was used |
 //! | [`marks`] | where a step begins and ends, for a counter of instructions |
@@ -19,6 +20,7 @@ pub mod kept;
 pub mod log;
 pub mod marks;
 pub mod place;
+pub mod report;
 pub mod rtt;
 pub mod stack;
 pub mod window;

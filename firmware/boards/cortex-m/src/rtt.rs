@@ -48,7 +48,10 @@ static _SEGGER_RTT: Control = Control {
 /// For the debugger: all of it, or as much as there is room for.
 pub fn write(bytes: &[u8]) {
     let Control {
-        write, read, buffer, ..
+        write,
+        read,
+        buffer,
+        ..
     } = &_SEGGER_RTT;
     critical_section::with(|_| {
         let mut at = write.load(Ordering::Relaxed) % SIZE;

@@ -1,6 +1,5 @@
 //! 170 MHz from the crystal, the counters of microseconds, and the watchdog.
 
-use board::bit_timing::{BitTiming, M_CAN, Rate, TimingError, classic, fd};
 use board::time_base::TimeBase;
 use protocol::time::Micros;
 use stm32g4::stm32g474::{DBGMCU, FLASH, IWDG, PWR, RCC, TIM2, TIM3};
@@ -9,19 +8,6 @@ use stm32g4::stm32g474::{DBGMCU, FLASH, IWDG, PWR, RCC, TIM2, TIM3};
 pub const HZ: u32 = 170_000_000;
 /// Of the tick.
 pub const TICK_US: u32 = 500;
-/// CANopen at 1 Mbit/s.
-pub const DRIVES: BitTiming = sure(classic(HZ, Rate::canopen(1_000_000), &M_CAN));
-/// The MP bus at 1 and 5 Mbit/s, and its classical alternative.
-pub const MP_FD: BitTiming = sure(fd(HZ, Rate::MP_NOMINAL, Rate::MP_DATA, &M_CAN));
-
-/// Evaluated by the compiler.
-const fn sure(timing: Result<BitTiming, TimingError>) -> BitTiming {
-    match timing {
-        Ok(timing) => timing,
-        Err(_) => panic!("this clock has no such bit rate"),
-    }
-}
-
 /// So often a clock is asked whether it runs: some 10 ms at 16 MHz, several times what a crystal takes.
 const PATIENCE: u32 = 50_000;
 
