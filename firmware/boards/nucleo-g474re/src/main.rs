@@ -44,7 +44,7 @@ mod app {
     use stm32g4::stm32g474::Interrupt;
 
     /// Memory of the node: a robot whose node is larger does not link.
-    const NODE_BYTES: usize = 100 * 1024;
+    const NODE_BYTES: usize = 108 * 1024;
     /// Frames that wait for the node: those of 3 ms on two busy drive buses.
     const RECEIVED: usize = 24;
     type Inbox = board::inbox::Inbox<RECEIVED>;
