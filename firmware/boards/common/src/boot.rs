@@ -2,6 +2,8 @@
 //! with pins has this in its own source; an emulated one is told by its host.
 
 use crate::bytes::{Reader, Writer};
+use core::marker::PhantomData;
+use firmware::ecp::{NoPrograms, Programs};
 use firmware::process::drive_buses;
 use firmware::{ConfigError, Node, NodeProcess, Port, Received, Station};
 use protocol::frame::Frame;
@@ -77,6 +79,25 @@ pub const fn known(kind: RobotKind) -> bool {
     }
 }
 
+/// Programs of the user, for a robot of any number of axes: linked into an image by [`Boot::node_with`].
+pub trait Linked {
+    /// Those for `N` axes.
+    type Programs<const N: usize>: Programs<N> + core::fmt::Debug + Send + 'static;
+    /// As they are at the start.
+    fn programs<const N: usize>() -> Self::Programs<N>;
+}
+
+/// The built-in instructions only.
+#[derive(Clone, Copy, Debug)]
+pub struct NothingLinked;
+
+impl Linked for NothingLinked {
+    type Programs<const N: usize> = NoPrograms;
+    fn programs<const N: usize>() -> NoPrograms {
+        NoPrograms
+    }
+}
+
 impl Boot {
     /// The bytes of [`Self::write`].
     pub const BYTES: usize = 32 + MAX_AXES;
@@ -110,10 +131,23 @@ impl Boot {
         &self,
         home: impl Home,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+        self.node_with::<NothingLinked>(home)
+    }
+
+    /// The same, with programs of the user.
+    ///
+    /// # Errors
+    /// [`BootError`]
+    pub fn node_with<L: Linked>(
+        &self,
+        home: impl Home,
+    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
         // after this the compiler knows which of the robots are left, and drops the others
         if known(self.kind) {
+            let linked = PhantomData::<L>;
+            let boot = self;
             self.kind
-                .visit(self.station.track, Make { boot: self, home })
+                .visit(self.station.track, Make { boot, home, linked })
         } else {
             Err(BootError::Robot)
         }
@@ -220,12 +254,13 @@ const fn law_of(code: u8) -> Option<ServoLaw> {
     }
 }
 
-struct Make<'a, H> {
+struct Make<'a, H, L> {
     boot: &'a Boot,
     home: H,
+    linked: PhantomData<L>,
 }
 
-impl<H: Home> RobotVisitor for Make<'_, H> {
+impl<H: Home, L: Linked> RobotVisitor for Make<'_, H, L> {
     type Output = Result<&'static mut (dyn NodeProcess + Send), BootError>;
 
     fn visit<R, const N: usize>(self, robot: R) -> Self::Output
@@ -239,8 +274,10 @@ impl<H: Home> RobotVisitor for Make<'_, H> {
             ..
         } = self.boot;
         let buses = <[u8; N]>::try_from(buses.as_slice()).map_err(|_| BootError::Axes)?;
-        self.home
-            .keep(|| Node::new(*now, robot, station.config(buses)?).map(Quiet))
+        self.home.keep(|| {
+            let config = station.config(buses)?;
+            Node::with_programs(*now, robot, config, L::programs()).map(Quiet)
+        })
     }
 }
 

@@ -35,6 +35,7 @@ mod app {
     use cortex_m::peripheral::SCB;
     use embedded_hal::digital::InputPin;
     use firmware::{Port, Received};
+    use programs::Linked;
     use protocol::budget::Rates;
     use protocol::frame::Frame;
     use protocol::message::NodeState;
@@ -94,8 +95,7 @@ mod app {
             // no crystal, no CAN: again, without torque
             SCB::sys_reset();
         }
-        let anew = panel.reset.is_high().unwrap_or(false);
-        let found = config::load(Pages::new(p.FLASH), anew);
+        let found = config::load(Pages::new(p.FLASH), panel.reset.is_high().unwrap_or(false));
         if !found.stored {
             defmt::error!("the configuration could not be saved");
         }
@@ -113,7 +113,7 @@ mod app {
         let made = found.boot.and_then(|mut boot| {
             (boot.now, boot.station.unique_id) = (now, unique_id());
             let effector = boot.station.effector;
-            boot.node(&PLACE).ok().map(|node| (node, effector))
+            boot.node_with::<Linked>(&PLACE).ok().zip(Some(effector))
         });
         let rim = made.map(|(node, effector)| Rim::new(node, effector, mtu, rates));
         let period = rim
