@@ -2,7 +2,7 @@
 
 use crate::report::{Findings, Report};
 use crate::shell::{cargo, cargo_stdout, run, run_cargo};
-use crate::{deps, fault_pages, hil_qemu, lint, no_std, strangers};
+use crate::{boards, deps, fault_pages, hil_qemu, lint, no_std, strangers};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::process::Stdio;
@@ -29,6 +29,7 @@ pub(crate) fn run_all(report: &mut Report) {
         run_cargo(&["build", "--release", "-p", "mrroc"])
     });
     report.run("main job", main_job);
+    report.run("boards", || boards::check(false));
     report.run("hil-qemu", || hil_qemu::check(&[]));
     #[cfg(target_os = "linux")]
     report.run("vcan", vcan);

@@ -59,6 +59,12 @@ const RULES: &[Rule] = &[
         &[PROTOCOL, ROBOTS, FIRMWARE],
         true,
     ),
+    pure(
+        "mrroc-mcu-generator",
+        "examples/mcu-generator",
+        &[AGENT, ROBOTS, PROTOCOL, FIRMWARE, BOARD],
+        true,
+    ),
     rim(BUS, "bus", Imports::Only(&[PROTOCOL])),
     rim(PROCESS, "process", Imports::Only(&[])),
     rim(
@@ -319,6 +325,7 @@ mod test {
             PROCESS,
             FIRMWARE,
             BOARD,
+            "mrroc-mcu-generator",
             "mrroc-node",
             HIL_SIM,
             HOST,

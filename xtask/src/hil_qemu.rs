@@ -1,20 +1,19 @@
 //! The controller node as an image on an emulated microcontroller: built, examined, and run in the loop
 //! with the simulated world.
 
-use crate::no_std::{BareMetal, TARGET, bare_metal};
+use crate::image::{Board, Built};
 use crate::report::Findings;
-use crate::shell::{root, run, run_cargo};
+use crate::shell::{root, run_cargo};
 use anyhow::{Context, Result};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// The board.
-const BOARD: &str = "firmware/boards/qemu-mps2-an386";
-/// Its binary.
-const IMAGE: &str = "mrroc-qemu";
-/// Where images are built, in the root.
-const BUILD: &str = "target/boards";
+const BOARD: Board = Board {
+    folder: "firmware/boards/qemu-mps2-an386",
+    image: "mrroc-qemu",
+};
 /// Counts instructions.
 const PLUGIN: &str = "firmware/boards/tools/steps.c";
 /// What must be installed beside Rust.
@@ -29,35 +28,19 @@ pub(crate) fn check(arguments: &[OsString]) -> Result<Findings> {
             )]);
         }
     }
-    let Some(BareMetal {
-        mut cargo,
-        more,
-        name,
-    }) = bare_metal()?
-    else {
-        return Ok(vec![format!(
-            "the target is missing: rustup target add {TARGET}"
-        )]);
+    let Built {
+        image,
+        build,
+        golden,
+    } = match BOARD.build()? {
+        Ok(built) => built,
+        Err(findings) => return Ok(findings),
     };
-    let build = root().join(BUILD).join(name);
-    // the sizes of stack frames are asked of any compiler by a flag that is not stable yet
-    let flags = format!("target.{TARGET}.rustflags=['-Zemit-stack-sizes']");
-    let mut line = vec!["build", "--release", "--locked", "--config", flags.as_str()];
-    line.extend(more);
-    cargo
-        .current_dir(root().join(BOARD))
-        .env("RUSTC_BOOTSTRAP", "1")
-        .args(&line)
-        .arg("--target-dir")
-        .arg(&build);
-    let mut findings = run(&mut cargo, &line)?;
     let plugin = build.join("steps.so");
-    findings.extend(compile(&root().join(PLUGIN), &plugin)?);
+    let findings = compile(&root().join(PLUGIN), &plugin)?;
     if !findings.is_empty() {
         return Ok(findings);
     }
-    let image = build.join(TARGET).join("release").join(IMAGE);
-    let golden = root().join(BOARD).join("golden").join(name);
     let text = |path: &Path| path.display().to_string();
     let (image, plugin, golden) = (text(&image), text(&plugin), text(&golden));
     let mut line = vec![

@@ -7,6 +7,8 @@
 //! | [`text`] | what no file of the repository may contain |
 //! | [`fault_pages`] | every fault code has its page, every page its code |
 //! | [`no_std`] | the crates of the microcontroller, built for one |
+//! | [`image`] | the image of a board, built |
+//! | [`boards`] | the images of boards that one can buy |
 //! | [`hil_qemu`] | the node as an image on an emulated microcontroller |
 //! | [`mod@bench`] | what a step, a message and the main job cost |
 //! | [`bench_motion`] | the motion planner beside other planners, fetched on demand |
@@ -19,10 +21,12 @@
 
 mod bench;
 mod bench_motion;
+mod boards;
 mod ci;
 mod deps;
 mod fault_pages;
 mod hil_qemu;
+mod image;
 mod lint;
 mod no_std;
 mod report;
@@ -59,6 +63,12 @@ enum Task {
     Docs,
     /// Build the microcontroller's crates for a bare-metal target
     NoStd,
+    /// Build the image of every board that one can buy and examine it: panics, heap, sizes
+    Boards {
+        /// Accept the figures
+        #[arg(long)]
+        bless: bool,
+    },
     /// Run the node's image on an emulated microcontroller, in the loop with the simulated world
     ///
     /// The arguments are those of the comparison: --traces N, --task TASK.toml, --log, --bless; `-- --help`
@@ -105,6 +115,7 @@ fn main() -> ExitCode {
         Task::Lint => lint::run_all(&mut report),
         Task::Docs => report.run("docs", fault_pages::check),
         Task::NoStd => report.run("no-std", no_std::check),
+        Task::Boards { bless } => report.run("boards", || boards::check(bless)),
         Task::HilQemu { arguments } => {
             report.run("hil-qemu", || hil_qemu::check(&arguments));
         }

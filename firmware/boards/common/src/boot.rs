@@ -2,6 +2,9 @@
 //! with pins has this in its own source; an emulated one is told by its host.
 
 use crate::bytes::{Reader, Writer};
+use core::marker::PhantomData;
+use firmware::ecp::{NoPrograms, Programs};
+use firmware::process::drive_buses;
 use firmware::{ConfigError, Node, NodeProcess, Port, Received, Station};
 use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState, ServoLaw};
@@ -61,9 +64,64 @@ pub trait Home {
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError>;
 }
 
+/// Does this image know the robot? Its features say so.
+#[must_use]
+pub const fn known(kind: RobotKind) -> bool {
+    match kind {
+        RobotKind::Irp6Track => cfg!(feature = "irp6-track"),
+        RobotKind::Irp6Postument => cfg!(feature = "irp6-postument"),
+        RobotKind::Polycrank => cfg!(feature = "polycrank"),
+        RobotKind::Irp6Arm => cfg!(feature = "irp6-arm"),
+        RobotKind::Conveyor => cfg!(feature = "conveyor"),
+        RobotKind::Irp6TrackGripper => cfg!(feature = "irp6-track-gripper"),
+        RobotKind::Irp6PostumentGripper => cfg!(feature = "irp6-postument-gripper"),
+        RobotKind::Rnt => cfg!(feature = "rnt"),
+    }
+}
+
+/// Programs of the user, for a robot of any number of axes: linked into an image by [`Boot::node_with`].
+pub trait Linked {
+    /// Those for `N` axes.
+    type Programs<const N: usize>: Programs<N> + core::fmt::Debug + Send + 'static;
+    /// As they are at the start.
+    fn programs<const N: usize>() -> Self::Programs<N>;
+}
+
+/// The built-in instructions only.
+#[derive(Clone, Copy, Debug)]
+pub struct NothingLinked;
+
+impl Linked for NothingLinked {
+    type Programs<const N: usize> = NoPrograms;
+    fn programs<const N: usize>() -> NoPrograms {
+        NoPrograms
+    }
+}
+
 impl Boot {
     /// The bytes of [`Self::write`].
     pub const BYTES: usize = 32 + MAX_AXES;
+
+    /// A node on a board that nobody has configured: the first robot that this image knows, alone in its cell, on
+    /// buses of its own, at a fifth of its speed.
+    #[must_use]
+    pub fn unconfigured(now: Micros) -> Option<Self> {
+        let kind = RobotKind::ALL.into_iter().find(|kind| known(*kind))?;
+        Some(Self {
+            now,
+            kind,
+            station: Station {
+                effector: kind.effector(),
+                unique_id: 0,
+                mtu: Mtu::Fd,
+                law: ServoLaw::DrivePosition,
+                velocity_factor: 0.2,
+                one_wire: false,
+                track: TrackRule::Keep,
+            },
+            buses: drive_buses(kind),
+        })
+    }
 
     /// The node of this robot, in its home.
     ///
@@ -73,20 +131,23 @@ impl Boot {
         &self,
         home: impl Home,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
-        let known = match self.kind {
-            RobotKind::Irp6Track => cfg!(feature = "irp6-track"),
-            RobotKind::Irp6Postument => cfg!(feature = "irp6-postument"),
-            RobotKind::Polycrank => cfg!(feature = "polycrank"),
-            RobotKind::Irp6Arm => cfg!(feature = "irp6-arm"),
-            RobotKind::Conveyor => cfg!(feature = "conveyor"),
-            RobotKind::Irp6TrackGripper => cfg!(feature = "irp6-track-gripper"),
-            RobotKind::Irp6PostumentGripper => cfg!(feature = "irp6-postument-gripper"),
-            RobotKind::Rnt => cfg!(feature = "rnt"),
-        };
+        self.node_with::<NothingLinked>(home)
+    }
+
+    /// The same, with programs of the user.
+    ///
+    /// # Errors
+    /// [`BootError`]
+    pub fn node_with<L: Linked>(
+        &self,
+        home: impl Home,
+    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
         // after this the compiler knows which of the robots are left, and drops the others
-        if known {
+        if known(self.kind) {
+            let linked = PhantomData::<L>;
+            let boot = self;
             self.kind
-                .visit(self.station.track, Make { boot: self, home })
+                .visit(self.station.track, Make { boot, home, linked })
         } else {
             Err(BootError::Robot)
         }
@@ -193,12 +254,13 @@ const fn law_of(code: u8) -> Option<ServoLaw> {
     }
 }
 
-struct Make<'a, H> {
+struct Make<'a, H, L> {
     boot: &'a Boot,
     home: H,
+    linked: PhantomData<L>,
 }
 
-impl<H: Home> RobotVisitor for Make<'_, H> {
+impl<H: Home, L: Linked> RobotVisitor for Make<'_, H, L> {
     type Output = Result<&'static mut (dyn NodeProcess + Send), BootError>;
 
     fn visit<R, const N: usize>(self, robot: R) -> Self::Output
@@ -212,8 +274,10 @@ impl<H: Home> RobotVisitor for Make<'_, H> {
             ..
         } = self.boot;
         let buses = <[u8; N]>::try_from(buses.as_slice()).map_err(|_| BootError::Axes)?;
-        self.home
-            .keep(|| Node::new(*now, robot, station.config(buses)?).map(Quiet))
+        self.home.keep(|| {
+            let config = station.config(buses)?;
+            Node::with_programs(*now, robot, config, L::programs()).map(Quiet)
+        })
     }
 }
 
@@ -316,5 +380,15 @@ mod test {
                 BootError::Config(ConfigError::VelocityFactor)
             );
         }
+    }
+    #[test]
+    fn a_board_that_nobody_has_configured_gets_a_node() {
+        let boot = Boot::unconfigured(Micros(5)).unwrap();
+        assert!(known(boot.kind));
+        let node = boot.node(Leaked).unwrap();
+        assert_eq!(node.identity().robot, boot.kind.name());
+        let mut buffer = [0; Boot::BYTES];
+        assert!(boot.write(&mut buffer).is_some());
+        assert_eq!(Boot::read(&buffer), Some(boot));
     }
 }

@@ -4,18 +4,26 @@
 //! |---|---|
 //! | [`place`] | the memory of the node, made once |
 //! | [`log`] | defmt frames in a ring, taken out by whoever has time |
+//! | [`report`] | what a board says of itself |
+//! | [`rtt`] | the log's way out through a debugger |
 //! | [`stack`] | how much of the painted stack was used |
 //! | [`marks`] | where a step begins and ends, for a counter of instructions |
+//! | [`window`] | registers as numbered words |
+//! | [`kept`] | what is remembered over resets |
 //!
 //! The panic handler is here too: it calls a symbol that nobody defines, so an image from which a
 //! panic can be reached does not link.
 #![no_std]
 #![deny(clippy::undocumented_unsafe_blocks, missing_docs)]
 
+pub mod kept;
 pub mod log;
 pub mod marks;
 pub mod place;
+pub mod report;
+pub mod rtt;
 pub mod stack;
+pub mod window;
 
 #[cfg(not(feature = "panics"))]
 unsafe extern "C" {

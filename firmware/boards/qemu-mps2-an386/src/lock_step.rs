@@ -65,7 +65,7 @@ impl Channel {
         let Some(Request::Boot(boot)) = self.receive() else {
             return None;
         };
-        let made = boot.node(home);
+        let made = boot.node_with::<programs::Linked>(home);
         let len = match &made {
             Ok(node) => {
                 channel::answer_booted(&Stepped::of(&**node, 0), &node.identity(), &mut self.buffer)

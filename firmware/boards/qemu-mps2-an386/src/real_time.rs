@@ -64,7 +64,7 @@ impl Mailbox {
                 break boot;
             }
         };
-        let made = boot.node(home).ok();
+        let made = boot.node_with::<programs::Linked>(home).ok();
         mailbox::accept(&mut memory, made.is_some());
         Some((Self { memory, lost: 0 }, made?, boot.now))
     }

@@ -1,0 +1,242 @@
+//! The controller node on ST's board NUCLEO-G474RE: FDCAN1 is the MP bus, FDCAN2 and FDCAN3 are drive buses.
+//!
+//! ```text
+//!  4  tick   500 µs: emergency stop, brake, safe torque off, light, watchdog. Above everything, and short
+//!  3  can_…  takes what has come: a receive queue has room for 3 frames, 330 µs, so it cannot wait for a step
+//!  2  step   the node, whenever it is due
+//!  0  idle   the log
+//! ```
+//! What is no register is in `board`; `README.md` has the pins and what the light says.
+#![no_std]
+#![no_main]
+#![deny(clippy::undocumented_unsafe_blocks, missing_docs)]
+
+mod pins;
+
+/// The tasks and what they share.
+#[rtic::app(device = stm32g4::stm32g474, peripherals = true)]
+mod app {
+    use crate::pins;
+    use board::alive::{Alive, Periods, Token};
+    use board::config;
+    use board::guard::Category;
+    use board::reset::ResetCause;
+    use board::rim::{Call, Rim};
+    use board::tick::Tick;
+    use board::time_base::{Beat, stamped};
+    use board::torque::Delays;
+    use board_cortex_m::place::Place;
+    use board_cortex_m::{kept, log, report, rtt, stack};
+    use board_stm32g4::can::{self, Can};
+    use board_stm32g4::clock::{self, Clock, Watchdog};
+    use board_stm32g4::flash::Pages;
+    use board_stm32g4::pin::Pin;
+    use board_stm32g4::unique_id;
+    use cortex_m::peripheral::SCB;
+    use embedded_hal::digital::InputPin;
+    use firmware::{Port, Received};
+    use programs::Linked;
+    use protocol::budget::Rates;
+    use protocol::frame::Frame;
+    use protocol::message::NodeState;
+    use protocol::time::Micros;
+    use protocol::transfer::Mtu;
+    use rtic::Mutex;
+    use stm32g4::stm32g474::Interrupt;
+
+    /// Memory of the node: a robot whose node is larger does not link.
+    const NODE_BYTES: usize = 108 * 1024;
+    /// Frames that wait for the node: those of 3 ms on two busy drive buses.
+    const RECEIVED: usize = 24;
+    type Inbox = board::inbox::Inbox<RECEIVED>;
+
+    /// What an emergency stop does, and how long brakes take: to be changed with the machine.
+    const CATEGORY: Category = Category::One { within: 500_000 };
+    const DELAYS: Delays = Delays {
+        opens_after: 30_000,
+        closes_within: 100_000,
+    };
+    /// Within what the watchdog takes: food from 1 ms to 5 ms behind the last, by a clock of 5 %.
+    const PERIODS: Periods = Periods {
+        tokens: [1000, 3000, 4000],
+        opens: 1500,
+    };
+    static PLACE: Place<NODE_BYTES> = Place::new();
+
+    #[shared]
+    struct Shared {
+        clock: Clock,
+        alive: Alive,
+        inbox: Inbox,
+        /// Towards the MP, and the two drive buses.
+        buses: [Can; 3],
+        beat: Beat,
+        /// From the step to the tick, and back.
+        state: Option<NodeState>,
+        call: Option<Call>,
+    }
+
+    #[local]
+    struct Local {
+        tick: Tick<Pin, Pin>,
+        watchdog: Watchdog,
+        rim: Option<Rim<'static>>,
+        received: heapless::Vec<Received, RECEIVED>,
+    }
+
+    #[init]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let p = cx.device;
+        let cause = ResetCause::from_rcc_csr(p.RCC.csr().read().bits());
+        p.RCC.csr().modify(|_, w| w.rmvf().set_bit());
+        let begun = kept::begin(cause);
+        let mut panel = pins::start(&p.RCC, &p.GPIOA, &p.GPIOB, &p.GPIOC);
+        if clock::start(&p.RCC, &p.PWR, &p.FLASH).is_none() {
+            // no crystal, no CAN: again, without torque
+            SCB::sys_reset();
+        }
+        let found = config::load(Pages::new(p.FLASH), panel.reset.is_high().unwrap_or(false));
+        if !found.stored {
+            defmt::error!("the configuration could not be saved");
+        }
+        let mtu = found.boot.as_ref().map_or(Mtu::Fd, |b| b.station.mtu);
+        let (timing, rates) = match mtu {
+            Mtu::Fd => (&can::FD, Rates::FD_1M_5M),
+            Mtu::Classic => (&can::CLASSIC, Rates::CLASSIC_1M),
+        };
+        // SAFETY: `init` runs once
+        let Ok(buses) = (unsafe { can::start(timing) }) else {
+            SCB::sys_reset();
+        };
+        let mut clock = Clock::new(p.TIM2, &p.TIM3);
+        let now = clock.now();
+        let made = found.boot.and_then(|mut boot| {
+            (boot.now, boot.station.unique_id) = (now, unique_id());
+            let effector = boot.station.effector;
+            boot.node_with::<Linked>(&PLACE).ok().zip(Some(effector))
+        });
+        let rim = made.map(|(node, effector)| Rim::new(node, effector, mtu, rates));
+        let period = rim
+            .as_ref()
+            .map_or(0, |r| r.node().identity().servo_step_us);
+        stack::repaint();
+        let shared = Shared {
+            clock,
+            alive: Alive::new(now, PERIODS),
+            inbox: Inbox::default(),
+            buses,
+            beat: Beat::new(Micros(u64::from(period))),
+            state: None,
+            call: None,
+        };
+        let local = Local {
+            tick: Tick::new(now, panel, CATEGORY, DELAYS, begun.now),
+            watchdog: Watchdog::start(p.IWDG, &p.DBGMCU),
+            rim,
+            received: heapless::Vec::new(),
+        };
+        (shared, local)
+    }
+
+    #[task(binds = TIM2, priority = 4, shared = [clock, alive, state, call], local = [tick, watchdog])]
+    fn tick(cx: tick::Context) {
+        let mut shared = cx.shared;
+        let now = shared.clock.lock(Clock::tick);
+        let state = shared.state.lock(|state| *state);
+        let ticked = shared
+            .alive
+            .lock(|alive| cx.local.tick.run(now, state, alive));
+        if ticked.feed {
+            cx.local.watchdog.feed();
+        }
+        if let Some(words) = ticked.remember {
+            kept::write(words);
+        }
+        shared.call.lock(|call| *call = ticked.call);
+        rtic::pend(Interrupt::I2C4_EV);
+    }
+
+    /// A controller's interrupt.
+    fn serve(
+        mut clock: impl Mutex<T = Clock>,
+        mut buses: impl Mutex<T = [Can; 3]>,
+        mut inbox: impl Mutex<T = Inbox>,
+        which: usize,
+    ) {
+        let now = clock.lock(Clock::now);
+        buses.lock(|buses| {
+            if let Some(can) = buses.get_mut(which) {
+                can.interrupt(now, |received| inbox.lock(|i| i.push(received)));
+            }
+        });
+    }
+
+    #[task(binds = FDCAN1_IT0, priority = 3, shared = [clock, buses, inbox])]
+    fn can_mp(cx: can_mp::Context) {
+        serve(cx.shared.clock, cx.shared.buses, cx.shared.inbox, 0);
+    }
+
+    #[task(binds = FDCAN2_IT0, priority = 3, shared = [clock, buses, inbox])]
+    fn can_drives(cx: can_drives::Context) {
+        serve(cx.shared.clock, cx.shared.buses, cx.shared.inbox, 1);
+    }
+
+    #[task(binds = FDCAN3_IT0, priority = 3, shared = [clock, buses, inbox])]
+    fn can_more_drives(cx: can_more_drives::Context) {
+        serve(cx.shared.clock, cx.shared.buses, cx.shared.inbox, 2);
+    }
+
+    /// Of an interrupt that this board does not use otherwise.
+    #[task(binds = I2C4_EV, priority = 2, local = [rim, received],
+        shared = [clock, alive, inbox, buses, beat, state, call])]
+    fn step(cx: step::Context) {
+        let (mut s, received) = (cx.shared, cx.local.received);
+        let now = s.clock.lock(Clock::now);
+        s.buses
+            .lock(|buses| buses.each_mut().map(|can| can.tend(now)));
+        for _ in received.len()..RECEIVED {
+            let Some(frame) = s.inbox.lock(Inbox::pop) else {
+                break;
+            };
+            let _ = received.push(frame);
+        }
+        let call = s.call.lock(|call| *call);
+        if let Some(rim) = cx.local.rim {
+            rim.step(now, received, call, &mut |port, frame: Frame| {
+                s.buses.lock(|[mp, drives, more_drives]| match port {
+                    Port::Mp => mp.send(frame),
+                    Port::Drives(0) => drives.send(frame),
+                    Port::Drives(_) => more_drives.send(frame),
+                });
+            });
+            s.state.lock(|state| *state = Some(rim.node().state()));
+        }
+        let now = s.clock.lock(Clock::now);
+        if let Some(sent) = s.buses.lock(|[_, drives, _]| drives.sent()) {
+            s.beat.lock(|beat| beat.heard(stamped(now, sent.stamp)));
+        }
+        s.alive.lock(|alive| alive.tell(now, Token::Step));
+    }
+
+    #[idle(shared = [clock, alive, inbox, buses, beat])]
+    fn idle(cx: idle::Context) -> ! {
+        let mut s = cx.shared;
+        let mut told = Micros(0);
+        loop {
+            let now = s.clock.lock(Clock::now);
+            s.alive.lock(|alive| alive.tell(now, Token::Idle));
+            if now.since(told) >= Micros::from_millis(1000) {
+                told = now;
+                let buses = s.buses.lock(|buses| buses.each_ref().map(Can::counts));
+                let lost = s.inbox.lock(|inbox| inbox.lost());
+                s.beat.lock(|beat| report::counts(beat, lost, buses));
+            }
+            let mut bytes = [0; 64];
+            let taken = log::take(&mut bytes);
+            if let Some(bytes) = bytes.get(..taken) {
+                rtt::write(bytes);
+            }
+            cortex_m::asm::wfi();
+        }
+    }
+}
