@@ -349,9 +349,11 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         self.hold_at(self.setpoint());
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn hold_at(&mut self, positions: [f64; N]) {
         let envelopes = self.setup.envelopes(self.homed());
-        self.interpolator = Interpolator::new(envelopes, positions).ok();
+        self.interpolator = Interpolator::with_pace(envelopes, positions, self.setup.pace).ok();
         self.gate = Gate::at_rest(&positions, self.setup.servo_step_s);
         self.queue_end = Motors(positions);
         self.quick_stop_taken = false;
@@ -437,6 +439,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// The servo step: after the drives' answers to SYNC have come, before the next SYNC.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         if self.mode == Mode::Boot {
             let _ = self.on(now, Event::Started);
@@ -449,6 +453,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         self.drives.poll(now, tx);
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn next_setpoint(&mut self, now: Micros) -> motion::Setpoint<N> {
         let rest = |positions| motion::Setpoint::at_rest(positions);
         if !self.mode.torque() {
@@ -504,6 +510,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Close the loops and send the drives their targets.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn command(&mut self, setpoint: &motion::Setpoint<N>, tx: &mut impl FnMut(Port, Frame)) {
         let torque = self.mode.torque();
         let goal = if torque {

@@ -75,6 +75,26 @@ pub struct Interpolator<const N: usize, const Q: usize> {
     setpoint: Setpoint<N>,
 }
 
+/// How fast the feed rate of a path may change: a constant of the envelopes' hard and plan limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedPace {
+    limits: RateLimits,
+    /// How long a feed hold takes from rate 1, s.
+    hold_s: f64,
+}
+
+impl FeedPace {
+    /// The pace with the shortest feed hold. Of no use where [`Interpolator::new`] refuses the envelopes.
+    #[must_use]
+    pub fn new<const N: usize>(axes: &[AxisEnvelope; N]) -> Self {
+        let limits = RateLimits::new(axes);
+        Self {
+            limits,
+            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Mode<const N: usize> {
     Idle,
@@ -99,17 +119,29 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// # Errors
     /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
     pub fn new(axes: [AxisEnvelope; N], hold: [f64; N]) -> Result<Self, EnvelopeError> {
+        Self::with_pace(axes, hold, FeedPace::new(&axes))
+    }
+
+    /// The same with a pace that was found before, of envelopes that differ from these in the limits of position
+    /// at most: finding it costs a hundred times what is left to do here.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_pace(
+        axes: [AxisEnvelope; N],
+        hold: [f64; N],
+        pace: FeedPace,
+    ) -> Result<Self, EnvelopeError> {
         for (axis, (envelope, p)) in (0..N).zip(axes.iter().zip(&hold)) {
             envelope.validate(axis)?;
             if !p.is_finite() {
                 return Err(EnvelopeError::Hold { axis });
             }
         }
-        let limits = RateLimits::new(&axes);
         let end = End::at_rest(0, hold);
         Ok(Self {
-            clock: PathClock::new(limits),
-            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
+            clock: PathClock::new(pace.limits),
+            hold_s: pace.hold_s,
             feed_override: 1.0,
             hold: false,
             queue: Queue::new(),

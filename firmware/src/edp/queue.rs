@@ -32,6 +32,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     ///
     /// # Errors
     /// Why a knot was refused; it, and what was to follow it, is not in the queue then.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn demand(&mut self, now: Micros, demand: &Demand<N>) -> Result<(), Refusal> {
         let macrostep = self.setup.macrostep;
         match demand {

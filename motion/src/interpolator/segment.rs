@@ -69,16 +69,6 @@ pub(crate) struct Segment<const N: usize> {
 }
 
 impl<const N: usize> Segment<N> {
-    pub(crate) fn nowhere() -> Self {
-        Self {
-            start_us: 0,
-            per_us: 0.0,
-            per_s: 0.0,
-            coefficients: [[0.0; 6]; N],
-            end: End::at_rest(0, [0.0; N]),
-        }
-    }
-
     /// The piece from one state to the next knot; the knot is later.
     pub(crate) fn new(from: &End<N>, knot: &Knot<N>) -> Self {
         let duration_us = float_us(knot.at_us.saturating_sub(from.at_us));
@@ -202,70 +192,55 @@ fn outside(
 /// A first-in first-out queue of at most Q pieces.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue<const N: usize, const Q: usize> {
-    pieces: [Segment<N>; Q],
-    first: usize,
-    count: usize,
+    pieces: heapless::Deque<Segment<N>, Q>,
 }
 
 impl<const N: usize, const Q: usize> Queue<N, Q> {
-    pub(crate) fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         const { assert!(Q > 0, "a queue without room") };
         Self {
-            pieces: [Segment::nowhere(); Q],
-            first: 0,
-            count: 0,
+            pieces: heapless::Deque::new(),
         }
     }
 
-    fn place(&self, nth: usize) -> usize {
-        self.first
-            .wrapping_add(nth)
-            .checked_rem(Q)
-            .unwrap_or_default()
-    }
-
     pub(crate) fn len(&self) -> usize {
-        self.count
+        self.pieces.len()
     }
 
     pub(crate) fn is_full(&self) -> bool {
-        self.count >= Q
+        self.pieces.is_full()
     }
 
     pub(crate) fn clear(&mut self) {
-        self.count = 0;
+        self.pieces.clear();
     }
 
     /// Appends; the caller has asked [`is_full`](Self::is_full).
     pub(crate) fn push(&mut self, piece: Segment<N>) {
-        let place = self.place(self.count);
-        if let (false, Some(slot)) = (self.is_full(), self.pieces.get_mut(place)) {
-            *slot = piece;
-            self.count += 1;
-        }
+        let _ = self.pieces.push_back(piece);
     }
 
     pub(crate) fn front(&self) -> Option<&Segment<N>> {
-        self.nth(0)
+        self.pieces.front()
     }
 
     pub(crate) fn nth(&self, nth: usize) -> Option<&Segment<N>> {
-        (nth < self.count)
-            .then(|| self.pieces.get(self.place(nth)))
-            .flatten()
+        self.pieces.get(nth)
     }
 
     /// Drops pieces that end at or before `us`, except the last piece.
     pub(crate) fn drop_passed(&mut self, us: u64) {
-        while self.count > 1 && self.front().is_some_and(|piece| piece.end.at_us <= us) {
-            self.first = self.place(1);
-            self.count -= 1;
+        for _ in 1..self.len() {
+            if self.front().is_some_and(|piece| piece.end.at_us > us) {
+                break;
+            }
+            let _ = self.pieces.pop_front();
         }
     }
 
     /// Keeps the first `count` pieces.
     pub(crate) fn truncate(&mut self, count: usize) {
-        self.count = self.count.min(count);
+        self.pieces.truncate(count);
     }
 }
 

@@ -2,7 +2,9 @@
 //! with pins has this in its own source; an emulated one is told by its host.
 
 use crate::bytes::{Reader, Writer};
-use firmware::{ConfigError, Node, NodeProcess, Port, Received, Station};
+use firmware::capacity::PATH_SAMPLES_SMALL;
+use firmware::ecp::NoPrograms;
+use firmware::{ConfigError, Node, NodeProcess, NodeSetup, Port, Received, Station};
 use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState, ServoLaw};
 use protocol::time::Micros;
@@ -34,6 +36,8 @@ pub enum BootError {
     Config(ConfigError),
     /// The place is taken: it had a node before.
     Occupied,
+    /// The node is larger than its place.
+    Room,
 }
 
 impl core::fmt::Display for BootError {
@@ -42,6 +46,7 @@ impl core::fmt::Display for BootError {
             Self::Axes => write!(f, "expected a drive bus for each axis"),
             Self::Robot => write!(f, "the robot was left out of this image: see its features"),
             Self::Config(error) => write!(f, "{error}"),
+            Self::Room => write!(f, "the node is larger than the memory kept for it"),
             Self::Occupied => write!(f, "this image has made a node before"),
         }
     }
@@ -49,15 +54,18 @@ impl core::fmt::Display for BootError {
 
 impl core::error::Error for BootError {}
 
+/// The node of a board: one with a small memory.
+pub type BoardNode<R, const N: usize> = Node<R, N, NoPrograms, PATH_SAMPLES_SMALL>;
+
 /// Memory for one node, whatever its robot; it stays there for ever.
 pub trait Home {
     /// Make the node and keep it.
     ///
     /// # Errors
-    /// [`BootError`]
+    /// [`BootError::Occupied`], [`BootError::Room`]
     fn keep<T: NodeProcess + Send + 'static>(
         self,
-        make: impl FnOnce() -> Result<T, ConfigError>,
+        make: impl FnOnce() -> T,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError>;
 }
 
@@ -212,8 +220,11 @@ impl<H: Home> RobotVisitor for Make<'_, H> {
             ..
         } = self.boot;
         let buses = <[u8; N]>::try_from(buses.as_slice()).map_err(|_| BootError::Axes)?;
+        let config = station.config(buses).map_err(BootError::Config)?;
+        let setup = NodeSetup::new(robot, config).map_err(BootError::Config)?;
+        // all that can fail is done: the node is made where it stays
         self.home
-            .keep(|| Node::new(*now, robot, station.config(buses)?).map(Quiet))
+            .keep(|| Quiet(BoardNode::of(*now, setup, NoPrograms)))
     }
 }
 
@@ -252,9 +263,9 @@ mod test {
     impl Home for Leaked {
         fn keep<T: NodeProcess + Send + 'static>(
             self,
-            make: impl FnOnce() -> Result<T, ConfigError>,
+            make: impl FnOnce() -> T,
         ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
-            Ok(Box::leak(Box::new(make().map_err(BootError::Config)?)))
+            Ok(Box::leak(Box::new(make())))
         }
     }
 
