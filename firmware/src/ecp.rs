@@ -21,7 +21,7 @@ pub mod tool_path;
 pub use image::{Coordinator, Demand, EffectorImage, Sensors};
 
 use crate::capacity::{KNOT_INBOX, PATH_INBOX};
-use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
+use agent::{Behaviour, Generator, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
@@ -435,13 +435,13 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         };
         let step = match &mut self.running {
             Running::None => return Outcome::Idle,
-            Running::Hold(b) => b.step(&x),
-            Running::Motors(b) => b.step(&x),
-            Running::Joints(b) => b.step(&x),
-            Running::Pose(b) => b.step(&x),
-            Running::Line(b) => b.step(&mut self.tool_path, &x),
-            Running::Follow(b) => b.step(&x),
-            Running::Path(b) => b.step(&mut self.tool_path, &x),
+            Running::Hold(b) => one_step(b, &x),
+            Running::Motors(b) => one_step(b, &x),
+            Running::Joints(b) => one_step(b, &x),
+            Running::Pose(b) => one_step(b, &x),
+            Running::Line(b) => one_step_in(b, &mut self.tool_path, &x),
+            Running::Follow(b) => one_step(b, &x),
+            Running::Path(b) => one_step_in(b, &mut self.tool_path, &x),
             Running::Wait {
                 wait,
                 macrosteps_left,
@@ -510,6 +510,22 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             steps
         }
     }
+}
+
+/// One step, in a frame of its own on the stack: that of the deepest behaviour is not below those of all others.
+#[inline(never)]
+fn one_step<S: Subsystem>(b: &mut impl Behaviour<S>, x: &Input<S>) -> Step<S::Command> {
+    b.step(x)
+}
+
+/// The same of a Move in a lent place.
+#[inline(never)]
+fn one_step_in<S: Subsystem, G: Generator<S>>(
+    b: &mut MoveIn<G>,
+    c: &mut G::Own,
+    x: &Input<S>,
+) -> Step<S::Command> {
+    b.step(c, x)
 }
 
 /// Speed before homing, as a fraction of the planning ceilings.

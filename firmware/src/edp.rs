@@ -8,6 +8,7 @@
 pub mod axis;
 pub mod computed;
 pub mod drives;
+mod holder;
 pub mod homing;
 pub mod limits;
 pub mod mode;
@@ -19,15 +20,14 @@ mod synchronise;
 
 pub use setup::EdpSetup;
 
-use crate::capacity::KNOT_QUEUE;
 use crate::ecp::EffectorImage;
 use crate::io::Port;
 use axis::Axis;
 use computed::ComputedTorque;
 use drives::{DriveLink, Drives, Task};
+use holder::Holder;
 use limits::Gate;
 use mode::{Event, Mode};
-use motion::Interpolator;
 use motion::interpolator::{Status, StopCause};
 use protocol::canopen::cia402::{Goal, Mode as DriveMode};
 use protocol::fault::{Cause, Fault, Reaction, Refusal};
@@ -58,7 +58,7 @@ pub struct Edp<R, const N: usize> {
     computed: Option<ComputedTorque<N>>,
     /// The part of the model's torque that csp has as an offset, 0 to 1.
     offset_share: f64,
-    interpolator: Option<Interpolator<N, KNOT_QUEUE>>,
+    interpolator: Holder<N>,
     gate: Gate<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
@@ -93,7 +93,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 setup.master,
             ),
             axes,
-            interpolator: None,
+            interpolator: Holder::new(setup.pace),
             gate: Gate::at_rest(&[0.0; N], setup.servo_step_s),
             homing: None,
             homing_report: None,
@@ -168,9 +168,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// Path time left in the queue, µs.
     pub fn horizon_us(&self, now: Micros) -> u64 {
-        self.interpolator
-            .as_ref()
-            .map_or(0, |i| i.horizon_us(now.0))
+        self.interpolator.get().map_or(0, |i| i.horizon_us(now.0))
     }
 
     /// A drive that has become ready since the last call.
@@ -277,7 +275,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             }
             Event::Synchronise => self.home_next(0),
             Event::Acknowledge if after == Mode::Configuring => {
-                self.interpolator = None;
+                self.interpolator.leave();
                 self.homing = None;
                 self.configured = 0;
                 for (axis, link) in self.axes.iter_mut().zip(self.drives.links()) {
@@ -329,7 +327,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// The set-points as they stand now, rad.
     fn setpoint(&self) -> [f64; N] {
-        match &self.interpolator {
+        match self.interpolator.get() {
             Some(interpolator) => interpolator.setpoint().position,
             None => self.axes.each_ref().map(Axis::actual_rad),
         }
@@ -353,7 +351,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     #[inline(never)]
     fn hold_at(&mut self, positions: [f64; N]) {
         let envelopes = self.setup.envelopes(self.homed());
-        self.interpolator = Interpolator::with_pace(envelopes, positions, self.setup.pace).ok();
+        self.interpolator.hold(envelopes, positions);
         self.gate = Gate::at_rest(&positions, self.setup.servo_step_s);
         self.queue_end = Motors(positions);
         self.quick_stop_taken = false;
@@ -368,7 +366,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         if let Some(homing) = &mut self.homing {
             homing.run.abort();
         }
-        if let Some(interpolator) = &mut self.interpolator {
+        if let Some(interpolator) = self.interpolator.get_mut() {
             match reaction {
                 Reaction::PathStop => interpolator.feed_hold(),
                 Reaction::QuickStop | Reaction::TorqueOff => {
@@ -463,7 +461,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         if self.homing.is_some() {
             return self.homing_setpoint(now);
         }
-        let Some(interpolator) = &mut self.interpolator else {
+        let Some(interpolator) = self.interpolator.get_mut() else {
             return rest(self.setpoint());
         };
         let mut output = interpolator.step(now.0);
@@ -502,7 +500,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     fn at_rest_after_stop(&self) -> bool {
-        match (&self.homing, &self.interpolator) {
+        match (&self.homing, self.interpolator.get()) {
             (Some(homing), _) => homing.run.at_rest(),
             (None, Some(interpolator)) => interpolator.is_at_rest(),
             (None, None) => true,

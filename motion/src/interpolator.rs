@@ -132,27 +132,54 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         hold: [f64; N],
         pace: FeedPace,
     ) -> Result<Self, EnvelopeError> {
+        let mut interpolator = Self::nothing(pace);
+        interpolator.hold_anew(axes, hold)?;
+        Ok(interpolator)
+    }
+
+    /// Idle at 0, where no axis may move: a place in which to [hold](Self::hold_anew) with this pace.
+    #[must_use]
+    pub fn nothing(pace: FeedPace) -> Self {
+        Self {
+            axes: [AxisEnvelope::NOWHERE; N],
+            clock: PathClock::new(pace.limits),
+            hold_s: pace.hold_s,
+            feed_override: 1.0,
+            hold: false,
+            queue: Queue::new(),
+            end: End::at_rest(0, [0.0; N]),
+            tail: Tail::NONE,
+            reach: [(0.0, 0.0); N],
+            mode: Mode::Idle,
+            now_us: 0,
+            setpoint: Setpoint::at_rest([0.0; N]),
+        }
+    }
+
+    /// As [`with_pace`](Self::with_pace), in the place of what there was, with its pace.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); nothing has changed then.
+    pub fn hold_anew(
+        &mut self,
+        axes: [AxisEnvelope; N],
+        hold: [f64; N],
+    ) -> Result<(), EnvelopeError> {
         for (axis, (envelope, p)) in (0..N).zip(axes.iter().zip(&hold)) {
             envelope.validate(axis)?;
             if !p.is_finite() {
                 return Err(EnvelopeError::Hold { axis });
             }
         }
-        let end = End::at_rest(0, hold);
-        Ok(Self {
-            clock: PathClock::new(pace.limits),
-            hold_s: pace.hold_s,
-            feed_override: 1.0,
-            hold: false,
-            queue: Queue::new(),
-            tail: Tail::new(&end, &axes),
-            end,
-            reach: reach_from(&axes, &hold),
-            mode: Mode::Idle,
-            now_us: 0,
-            setpoint: Setpoint::at_rest(hold),
-            axes,
-        })
+        self.axes = axes;
+        self.clock.reset();
+        self.feed_override = 1.0;
+        self.hold = false;
+        self.mode = Mode::Idle;
+        self.now_us = 0;
+        self.setpoint = Setpoint::at_rest(hold);
+        self.begin(0);
+        Ok(())
     }
 
     /// Begins a path: the held position becomes its first knot, at `at_us`.

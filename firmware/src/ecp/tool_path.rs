@@ -203,7 +203,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
                 let arc =
                     Arc::through(self.last, Vector3::from(*via_m), to).map_err(piece_problem)?;
-                self.push(arc, *corner)?;
+                self.push(arc.into(), *corner)?;
                 self.last = to;
                 Ok(())
             }
@@ -222,7 +222,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
     fn line(&mut self, to: Pose, corner: Corner) -> Result<(), PathProblem> {
         self.end_curve()?;
         match Straight::new(self.last, to) {
-            Ok(line) => self.push(line, corner)?,
+            Ok(line) => self.push(line.into(), corner)?,
             Err(PieceError::TooShort) => {}
             Err(error) => return Err(piece_problem(error)),
         }
@@ -261,7 +261,8 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         Ok(())
     }
 
-    fn push(&mut self, piece: impl Into<Piece>, corner: Corner) -> Result<(), PathProblem> {
+    #[inline(never)]
+    fn push(&mut self, piece: Piece, corner: Corner) -> Result<(), PathProblem> {
         let tolerance = Tolerance {
             metres: f64::from(corner.metres),
             radians: f64::from(corner.radians),

@@ -83,7 +83,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         }
         let velocity = self
             .interpolator
-            .as_ref()
+            .get()
             .map_or([0.0; N], |i| i.setpoint().velocity);
         let mut found = None;
         for (k, link) in self.drives.links().iter().enumerate() {

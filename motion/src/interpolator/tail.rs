@@ -23,6 +23,13 @@ pub(crate) struct Tail<const N: usize> {
 }
 
 impl<const N: usize> Tail<N> {
+    /// At rest already.
+    pub(crate) const NONE: Self = Self {
+        t: 0.0,
+        fade: [0.0; N],
+        duration: 0.0,
+    };
+
     pub(crate) fn new(end: &End<N>, axes: &[AxisEnvelope; N]) -> Self {
         let (mut t, mut duration) = (0.0, 0.0);
         let mut fade = [0.0; N];

@@ -177,17 +177,21 @@ impl<const N: usize> Path<N> {
         piece: impl Into<Piece>,
         tolerance: &Tolerance,
     ) -> Result<Join, QueueError> {
-        let piece = piece.into();
+        self.append_blended(&piece.into(), tolerance)
+    }
+
+    // by reference: the stack has one copy of a piece, whatever it was made of
+    fn append_blended(&mut self, piece: &Piece, tolerance: &Tolerance) -> Result<Join, QueueError> {
         let Some(last) = self.last().copied() else {
-            return self.append(&piece);
+            return self.append(piece);
         };
         let (end, start) = (last.piece.at(last.to), piece.at(0.0));
         if Join::between(&end, &start).ok_or(QueueError::Gap)? == Join::Smooth {
-            return self.append(&piece);
+            return self.append(piece);
         }
-        let blend = Blend::between(&last.piece, &piece, tolerance).map_err(QueueError::Corner)?;
+        let blend = Blend::between(&last.piece, piece, tolerance).map_err(QueueError::Corner)?;
         if blend.curve().length() < self.shortest_blend {
-            return self.append(&piece);
+            return self.append(piece);
         }
         let to = last.to - blend.distance();
         let rest = to - last.from;
@@ -209,7 +213,7 @@ impl<const N: usize> Path<N> {
         };
         self.place_part(&curve.into(), 0.0, into.unwrap_or(Join::Stop));
         let out = Join::between(&curve.at(curve.length()), &piece.at(blend.distance()));
-        self.place_part(&piece, blend.distance(), out.unwrap_or(Join::Stop));
+        self.place_part(piece, blend.distance(), out.unwrap_or(Join::Stop));
         Ok(match (into, out) {
             (Some(Join::Smooth), Some(Join::Smooth)) => Join::Smooth,
             _ => Join::Stop,
