@@ -417,6 +417,9 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     fn follow_modes(&mut self) {
         let wanted = self.setup.law;
         let code = drive_mode(wanted).code();
+        if self.axes.iter().all(|axis| axis.law() == wanted) {
+            return;
+        }
         for k in 0..N {
             let current = self.holding_ma(k);
             let (Some(axis), Some(link)) = (self.axes.get_mut(k), self.drives.link_mut(k)) else {
@@ -436,15 +439,16 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         }
     }
 
-    /// The servo step: after the drives' answers to SYNC have come, before the next SYNC.
+    /// The servo step: after the drives' answers to SYNC have come, before the next SYNC. `currents_ma` are
+    /// those of [`Self::currents_ma`] since then.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+    pub fn servo(&mut self, now: Micros, currents_ma: &[f64; N], tx: &mut impl FnMut(Port, Frame)) {
         if self.mode == Mode::Boot {
             let _ = self.on(now, Event::Started);
         }
         self.measure(now);
-        self.supervise(now);
+        self.supervise(now, currents_ma);
         self.follow_modes();
         let setpoint = self.next_setpoint(now);
         self.command(&setpoint, tx);

@@ -220,13 +220,14 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R,
     #[inline(never)]
     fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.watch_lease(now);
-        if let Some(reading) = self.effort.step(&(), &self.edp.currents_ma()) {
+        let currents_ma = self.edp.currents_ma();
+        if let Some(reading) = self.effort.step(&(), &currents_ma) {
             self.sensors = reading;
         }
         if self.edp.servo_step().is_multiple_of(self.macrostep) {
             self.macrostep(now);
         }
-        self.edp.servo(now, tx);
+        self.edp.servo(now, &currents_ma, tx);
         self.after_fault();
         self.drive_outputs();
         self.report(now, tx);

@@ -37,7 +37,7 @@ use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
 use crate::ramp::Ramp;
 use rate::{PathClock, RateLimits};
 use segment::{End, Excess, Queue, Segment, reach_from};
-use tail::Tail;
+use tail::{Tail, TailLimits};
 
 /// Fixed-step interpolation of N axes with room for Q segments.
 ///
@@ -60,6 +60,7 @@ use tail::Tail;
 #[derive(Clone, Debug)]
 pub struct Interpolator<const N: usize, const Q: usize> {
     axes: [AxisEnvelope; N],
+    tails: [TailLimits; N],
     clock: PathClock,
     hold_s: f64,
     feed_override: f64,
@@ -142,6 +143,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn nothing(pace: FeedPace) -> Self {
         Self {
             axes: [AxisEnvelope::NOWHERE; N],
+            tails: [TailLimits::NOWHERE; N],
             clock: PathClock::new(pace.limits),
             hold_s: pace.hold_s,
             feed_override: 1.0,
@@ -172,6 +174,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             }
         }
         self.axes = axes;
+        self.tails = axes.each_ref().map(TailLimits::new);
         self.clock.reset();
         self.feed_override = 1.0;
         self.hold = false;
@@ -205,7 +208,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     fn begin(&mut self, at_us: u64) {
         self.queue.clear();
         self.end = End::at_rest(at_us, self.setpoint.position);
-        self.tail = Tail::new(&self.end, &self.axes);
+        self.tail = Tail::new(&self.end, &self.tails);
         self.reach = reach_from(&self.axes, &self.setpoint.position);
     }
 
@@ -257,7 +260,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
                 segment.end.acceleration = [0.0; N];
             }
         }
-        let tail = Tail::new(&segment.end, &self.axes);
+        let tail = Tail::new(&segment.end, &self.tails);
         for (axis, ((low, high), (lower, upper))) in
             tail.reach(&segment.end).zip(&reach).enumerate()
         {

@@ -1,7 +1,7 @@
 //! One polynomial piece of the path, and the queue of pieces.
 
 use crate::knot::{AxisEnvelope, Knot, Quantity};
-use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hull, quintic, range};
+use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hulls, quintic, range};
 use crate::scalar::{US_PER_S, float_us, larger, smaller};
 
 /// Relative excess over a plan limit that counts as rounding.
@@ -121,8 +121,9 @@ impl<const N: usize> Segment<N> {
     /// Steps of acceleration where the piece begins, by magnitude.
     pub(crate) fn acceleration_step(&self, from: &End<N>) -> [f64; N] {
         let mut steps = from.acceleration;
-        for (step, [_, _, a]) in steps.iter_mut().zip(self.at(0.0)) {
-            *step = (a - *step).abs();
+        for (step, [_, _, c2, ..]) in steps.iter_mut().zip(&self.coefficients) {
+            // the second derivative at u = 0
+            *step = (2.0 * c2 * self.per_s * self.per_s - *step).abs();
         }
         steps
     }
@@ -140,19 +141,30 @@ impl<const N: usize> Segment<N> {
         for (axis, ((c, envelope), (lower, upper))) in (0..N).zip(each) {
             let size = c.iter().fold(0.0, |sum, c| sum + c.abs());
             let rounding = 1e-14 * size;
-            let d1 = derivative(c);
-            let d2 = derivative(&d1);
-            let d3 = derivative(&d2);
             let (one, two) = (self.per_s, self.per_s * self.per_s);
             let symmetric = |limit: f64| (-limit, limit, limit * ROUNDING);
             let tests = [
-                (Quantity::Position, c, 1.0, (*lower, *upper, rounding)),
-                (Quantity::Velocity, &d1, one, symmetric(envelope.plan.v)),
-                (Quantity::Acceleration, &d2, two, symmetric(envelope.plan.a)),
-                (Quantity::Jerk, &d3, one * two, symmetric(envelope.plan.j)),
+                (Quantity::Position, 1.0, (*lower, *upper, rounding)),
+                (Quantity::Velocity, one, symmetric(envelope.plan.v)),
+                (Quantity::Acceleration, two, symmetric(envelope.plan.a)),
+                (Quantity::Jerk, one * two, symmetric(envelope.plan.j)),
             ];
-            for (quantity, polynomial, scale, (low, high, tolerance)) in tests {
-                if let Some((value, limit)) = outside(polynomial, scale, low, high, tolerance) {
+            let tests = tests.into_iter().zip(hulls(c));
+            for (order, ((quantity, scale, (low, high, tolerance)), hull)) in (0..4).zip(tests) {
+                let inside = |(l, h): (f64, f64)| {
+                    l * scale >= low - tolerance && h * scale <= high + tolerance
+                };
+                if inside(hull) {
+                    continue;
+                }
+                let polynomial = (0..order).fold(*c, |p, _| derivative(&p));
+                let (l, h) = range(&polynomial);
+                if !inside((l, h)) {
+                    let (value, limit) = if h * scale <= high + tolerance {
+                        (l * scale, low)
+                    } else {
+                        (h * scale, high)
+                    };
                     return Some(Excess {
                         axis,
                         quantity,
@@ -163,29 +175,6 @@ impl<const N: usize> Segment<N> {
             }
         }
         None
-    }
-}
-
-/// A value of `scale`·polynomial outside the limits and the limit it leaves; NaN is outside.
-fn outside(
-    c: &Coefficients,
-    scale: f64,
-    low: f64,
-    high: f64,
-    tolerance: f64,
-) -> Option<(f64, f64)> {
-    let inside = |(l, h): (f64, f64)| l * scale >= low - tolerance && h * scale <= high + tolerance;
-    if inside(hull(c)) {
-        return None;
-    }
-    let (l, h) = range(c);
-    if inside((l, h)) {
-        return None;
-    }
-    if h * scale <= high + tolerance {
-        Some((l * scale, low))
-    } else {
-        Some((h * scale, high))
     }
 }
 

@@ -180,7 +180,9 @@ impl<const N: usize> Path<N> {
         self.append_blended(&piece.into(), tolerance)
     }
 
-    // by reference: the stack has one copy of a piece, whatever it was made of
+    // by reference, and in a frame of its own: the stack has one copy of a piece, whatever it was made of, and none
+    // of what a blend takes where there is none
+    #[inline(never)]
     fn append_blended(&mut self, piece: &Piece, tolerance: &Tolerance) -> Result<Join, QueueError> {
         let Some(last) = self.last().copied() else {
             return self.append(piece);
