@@ -49,7 +49,7 @@ pub(crate) fn derivative(c: &Coefficients) -> Coefficients {
 ///
 /// Those of degree 5 are `b_k = Σ C(k, i)/C(5, i)·c_i`, and those of a derivative are differences of those one
 /// degree higher, times that degree. So one conversion serves all four: 32 operations of f64, where each by
-/// itself takes 25, and a microcontroller makes 75 instructions of one. c_0 is left out of the differences, so that they
+/// itself takes 25, and a microcontroller makes 75 instructions of one. The constant is left out of the differences, so that they
 /// do not lose to it what digits they have.
 pub(crate) fn hulls(c: &Coefficients) -> [(f64, f64); 4] {
     let [c0, c1, c2, c3, c4, c5] = *c;
