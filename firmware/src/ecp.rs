@@ -12,16 +12,16 @@ pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
+mod own_frame;
 mod path_feed;
 mod path_stream;
 pub mod refusal;
 pub mod tool_motion;
 pub mod tool_path;
-
 pub use image::{Coordinator, Demand, EffectorImage, Sensors};
 
 use crate::capacity::{KNOT_INBOX, PATH_INBOX};
-use agent::{Behaviour, Generator, Input, Move, MoveIn, Step, Subsystem, Wait, args};
+use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
@@ -30,6 +30,7 @@ use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove
 use motion::Pose;
 use motion::profile::AxisLimits;
 use nalgebra::Vector3;
+use own_frame::{one_step, one_step_in};
 use protocol::fault::Refusal;
 use protocol::message::{
     AxisSpeeds, Coordination, Decision, Instruction, KnotMessage, PathElement, PoseMessage,
@@ -510,22 +511,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             steps
         }
     }
-}
-
-/// One step, in a frame of its own on the stack: that of the deepest behaviour is not below those of all others.
-#[inline(never)]
-fn one_step<S: Subsystem>(b: &mut impl Behaviour<S>, x: &Input<S>) -> Step<S::Command> {
-    b.step(x)
-}
-
-/// The same of a Move in a lent place.
-#[inline(never)]
-fn one_step_in<S: Subsystem, G: Generator<S>>(
-    b: &mut MoveIn<G>,
-    c: &mut G::Own,
-    x: &Input<S>,
-) -> Step<S::Command> {
-    b.step(c, x)
 }
 
 /// Speed before homing, as a fraction of the planning ceilings.

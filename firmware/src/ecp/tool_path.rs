@@ -203,7 +203,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
                 let arc =
                     Arc::through(self.last, Vector3::from(*via_m), to).map_err(piece_problem)?;
-                self.push(arc.into(), *corner)?;
+                self.push(&arc.into(), *corner)?;
                 self.last = to;
                 Ok(())
             }
@@ -222,7 +222,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
     fn line(&mut self, to: Pose, corner: Corner) -> Result<(), PathProblem> {
         self.end_curve()?;
         match Straight::new(self.last, to) {
-            Ok(line) => self.push(line.into(), corner)?,
+            Ok(line) => self.push(&line.into(), corner)?,
             Err(PieceError::TooShort) => {}
             Err(error) => return Err(piece_problem(error)),
         }
@@ -262,7 +262,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
     }
 
     #[inline(never)]
-    fn push(&mut self, piece: Piece, corner: Corner) -> Result<(), PathProblem> {
+    fn push(&mut self, piece: &Piece, corner: Corner) -> Result<(), PathProblem> {
         let tolerance = Tolerance {
             metres: f64::from(corner.metres),
             radians: f64::from(corner.radians),
@@ -273,9 +273,9 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         }
         let exact = tolerance.metres <= 0.0 || tolerance.radians <= 0.0;
         let _: Join = if exact {
-            self.path.push(piece)
+            self.path.push(*piece)
         } else {
-            self.path.push_blended(piece, &tolerance)
+            self.path.push_blended(*piece, &tolerance)
         }
         .map_err(queue_problem)?;
         Ok(())

@@ -1,6 +1,7 @@
 //! Paths on the node: exactly on the curve, within the limits, and always able to stop.
 
 mod feeds;
+mod scalar;
 
 use agent::{Input, MoveIn, Step};
 use firmware::capacity::PATH_SAMPLES;
@@ -15,19 +16,12 @@ use nalgebra::Vector3;
 use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Coordination, Corner, PathElement, PoseMessage};
 use robots::{Irp6Postument, JointMotion, Joints, Robot};
+use scalar::{larger, smaller};
 
 const H: f64 = 0.02;
 const N: usize = 6;
 const W: usize = PATH_SAMPLES;
 const FROM: Joints<N> = Joints([0.0, -1.57, 0.0, 1.2, 1.57, -1.57]);
-
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-fn smaller(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
 
 fn limits() -> Limits<N> {
     EdpSetup::<N>::generator_limits(&Irp6Postument, 1.0)
