@@ -31,6 +31,16 @@ pub trait Generator<S: Subsystem> {
     /// `f'`: the first step. Creates the own state and makes the first demand.
     fn first(&self, x: X<'_, S, Self::Args>) -> (Self::Own, S::Command);
 
+    /// The same where the own state has a place already, of which nothing is read.
+    ///
+    /// For an own state that is too large to be handed over by value: what is lent is made to be what
+    /// [`first`](Self::first) would create. [`MoveIn`](crate::MoveIn) asks for this one.
+    fn first_in(&self, c: &mut Self::Own, x: X<'_, S, Self::Args>) -> S::Command {
+        let (created, y) = self.first(x);
+        *c = created;
+        y
+    }
+
     /// `f''`: every other step. Evolves the own state and makes the next demand.
     fn next(&self, c: &mut Self::Own, x: X<'_, S, Self::Args>) -> S::Command;
 
@@ -48,6 +58,10 @@ macro_rules! pointer {
 
             fn first(&self, x: X<'_, S, G::Args>) -> (G::Own, S::Command) {
                 (**self).first(x)
+            }
+
+            fn first_in(&self, c: &mut G::Own, x: X<'_, S, G::Args>) -> S::Command {
+                (**self).first_in(c, x)
             }
 
             fn next(&self, c: &mut G::Own, x: X<'_, S, G::Args>) -> S::Command {

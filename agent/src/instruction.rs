@@ -121,6 +121,52 @@ impl<G: fmt::Debug, C: fmt::Debug> fmt::Debug for Move<G, C> {
     }
 }
 
+/// A [`Move`] whose own state lies elsewhere, in a place that is lent for each step: the same flow chart.
+///
+/// For own states that are too large to be copied, or that Moves which never run at once can share.
+/// Not a behaviour, because its step needs the place; whoever keeps the place can make one of both.
+#[derive(Clone, Copy, Debug)]
+pub struct MoveIn<G> {
+    f: G,
+    phase: Phase<()>,
+}
+
+impl<G> MoveIn<G> {
+    /// `Move(f', f'', f_τ)`: at `i_0` of the generator `f`.
+    pub const fn new(f: G) -> Self {
+        Self {
+            f,
+            phase: Phase::First,
+        }
+    }
+
+    /// Whether what lies in the place is the own state of this Move: from the first step until the end.
+    #[must_use]
+    pub const fn runs(&self) -> bool {
+        matches!(self.phase, Phase::Next(()))
+    }
+
+    /// One step; the place is the same each time, and nobody else writes there in between.
+    pub fn step<S: Subsystem>(&mut self, c: &mut G::Own, x: &Input<S>) -> Step<S::Command>
+    where
+        G: Generator<S>,
+    {
+        let x = X::new(x);
+        match self.phase {
+            Phase::First => {
+                self.phase = Phase::Next(());
+                Step::Demand(self.f.first_in(c, x))
+            }
+            Phase::Next(()) if self.f.terminal(c, x) => {
+                self.phase = Phase::Ended;
+                Step::Done
+            }
+            Phase::Next(()) => Step::Demand(self.f.next(c, x)),
+            Phase::Ended => Step::Done,
+        }
+    }
+}
+
 /// The Wait instruction: holds until `f_I` is true (\[Z1\] (4)). Never demands anything.
 #[derive(Clone, Copy, Debug)]
 pub struct Wait<P> {

@@ -215,7 +215,7 @@ pub use compose::{
 pub use condition::{Always, And, Condition, Never, Not, Or, Pure, Widen, condition, widen};
 pub use error::{Check, ErrorCondition, NoError};
 pub use generator::{Constant, Generator, Triple, generator};
-pub use instruction::{Move, Step, Wait};
+pub use instruction::{Move, MoveIn, Step, Wait};
 pub use process::{Outcome, Process};
 pub use random::{SplitMix64, Uniform};
 pub use record::{Recorder, TotalState};

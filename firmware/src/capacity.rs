@@ -17,10 +17,6 @@ pub const DRIVE_BUSES: usize = 2;
 /// Events that wait for transmission: one per axis (drive ready) and as many more.
 pub const EVENTS: usize = 16;
 
-/// Pieces of a path that a node holds: as many as samples, so that points as far apart as the samples fill the
-/// window; of closer ones it sees less, and below a quarter of that distance it may have to refuse.
-pub const PATH_PIECES: usize = PATH_SAMPLES;
-
 /// Elements of a path that wait to be made pieces of: four requests.
 pub const PATH_INBOX: usize = 16;
 
@@ -29,7 +25,16 @@ pub const PATH_ELEMENTS_PER_MACROSTEP: usize = 4;
 
 /// Samples of a path that the choice of speed looks at: a quarter behind, the rest ahead. At the
 /// longest distance of samples, 1.5 mm, it brakes within 100 mm: from 0.4 m/s at 1 m/s².
+///
+/// There are as many places for pieces, so that points as far apart as the samples fill the window; of closer
+/// ones it sees less, and below a quarter of that distance it may have to refuse. And as many for changes of
+/// the feed, of which there is one a piece.
 pub const PATH_SAMPLES: usize = 96;
+
+/// The same on a microcontroller with 64 KiB for everything, where a sample and its piece take 0.9 kB. It brakes within
+/// 33 mm, from 0.25 m/s at 1 m/s². A step must not pass more than a quarter of the window, 12 mm, in a macrostep and
+/// the time of smoothing, 80 ms here: so a path is followed with at most 0.15 m/s, where [`PATH_SAMPLES`] allow 0.45.
+pub const PATH_SAMPLES_SMALL: usize = 32;
 
 /// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1.5 mm and 20 ms
 /// enough for 0.6 m/s.

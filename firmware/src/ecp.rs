@@ -12,16 +12,16 @@ pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
+mod own_frame;
 mod path_feed;
 mod path_stream;
 pub mod refusal;
 pub mod tool_motion;
 pub mod tool_path;
-
 pub use image::{Coordinator, Demand, EffectorImage, Sensors};
 
 use crate::capacity::{KNOT_INBOX, PATH_INBOX};
-use agent::{Behaviour, Input, Move, Step, Subsystem, Wait, args};
+use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
@@ -30,6 +30,7 @@ use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove
 use motion::Pose;
 use motion::profile::AxisLimits;
 use nalgebra::Vector3;
+use own_frame::{one_step, one_step_in};
 use protocol::fault::Refusal;
 use protocol::message::{
     AxisSpeeds, Coordination, Decision, Instruction, KnotMessage, PathElement, PoseMessage,
@@ -100,15 +101,15 @@ impl<B: Behaviour<EcpOf<N>>, const N: usize> Programs<N> for OneProgram<B> {
 
 /// The running instruction.
 #[derive(Debug)]
-enum Running<R, const N: usize> {
+enum Running<R, const N: usize, const W: usize> {
     None,
     Hold(Move<Hold, u32>),
     Motors(Move<MotorMove<N>, Course<N>>),
     Joints(Move<JointMove<R, N>, Course<N>>),
     Pose(Move<PoseMove<R, N>, Course<N>>),
-    Line(Move<LineMove<R, N>, Result<ToolPath<N>, Refusal>>),
+    Line(MoveIn<LineMove<R, N, W>>),
     Follow(Move<Follow, Followed>),
-    Path(Move<PathMove<R, N>, Result<ToolPath<N>, Refusal>>),
+    Path(MoveIn<PathMove<R, N, W>>),
     Wait {
         wait: Wait<FromWire>,
         macrosteps_left: Option<u32>,
@@ -149,15 +150,17 @@ pub struct Limits<const N: usize> {
     pub cartesian_acceleration: f64,
 }
 
-/// The ECP of one robot.
+/// The ECP of one robot, which looks at W samples of a path.
 #[derive(Debug)]
-pub struct Ecp<R, const N: usize, P> {
+pub struct Ecp<R, const N: usize, P, const W: usize> {
     robot: R,
     limits: Limits<N>,
     macrostep_s: f64,
     t_flange_tool: Pose,
     programs: P,
-    running: Running<R, N>,
+    running: Running<R, N, W>,
+    /// The path of the running instruction, if it has one; it is too large to travel by value.
+    tool_path: ToolPath<N, W>,
     start_at: Micros,
     id: u32,
     progress: Progress,
@@ -171,7 +174,7 @@ pub struct Ecp<R, const N: usize, P> {
     i: u32,
 }
 
-impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
+impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, N, P, W> {
     /// An ECP with nothing to do.
     pub fn new(robot: R, limits: Limits<N>, macrostep_s: f64, programs: P) -> Self {
         Self {
@@ -181,6 +184,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             t_flange_tool: robot.description().default_tool(),
             programs,
             running: Running::None,
+            tool_path: ToolPath::new(),
             start_at: Micros(0),
             id: 0,
             progress: Progress::Idle,
@@ -304,7 +308,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
             } => self.pose_move(target, *reference, *path, speeds)?,
             Instruction::Follow => Running::Follow(Move::new(Follow)),
             Instruction::FollowPath { speeds } => {
-                Running::Path(Move::new(PathMove(self.tool_motion(speeds)?)))
+                Running::Path(MoveIn::new(PathMove(self.tool_motion(speeds)?)))
             }
             Instruction::Wait { until, timeout_ms } => Running::Wait {
                 wait: Wait::new(FromWire(*until)),
@@ -353,7 +357,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         reference: PoseReference,
         path: PosePath,
         speeds: &PoseSpeeds,
-    ) -> Result<Running<R, N>, Refusal> {
+    ) -> Result<Running<R, N, W>, Refusal> {
         let reference = match reference {
             PoseReference::Base => Reference::Base,
             PoseReference::Tool => Reference::Tool,
@@ -361,7 +365,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         let motion = self.tool_motion(speeds)?;
         let target = pose(target)?;
         Ok(match path {
-            PosePath::Line => Running::Line(Move::new(LineMove {
+            PosePath::Line => Running::Line(MoveIn::new(LineMove {
                 motion,
                 target,
                 reference,
@@ -404,6 +408,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
 
     /// One macrostep. Under tight coordination it is called again in the same macrostep while
     /// [`Ecp::more`] says that knots wait.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn step(&mut self, now: Micros, e: EffectorImage<N>, v: Sensors<N>) -> Outcome<N> {
         if !self.busy() || now < self.start_at {
             return Outcome::Idle;
@@ -430,13 +436,13 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         };
         let step = match &mut self.running {
             Running::None => return Outcome::Idle,
-            Running::Hold(b) => b.step(&x),
-            Running::Motors(b) => b.step(&x),
-            Running::Joints(b) => b.step(&x),
-            Running::Pose(b) => b.step(&x),
-            Running::Line(b) => b.step(&x),
-            Running::Follow(b) => b.step(&x),
-            Running::Path(b) => b.step(&x),
+            Running::Hold(b) => one_step(b, &x),
+            Running::Motors(b) => one_step(b, &x),
+            Running::Joints(b) => one_step(b, &x),
+            Running::Pose(b) => one_step(b, &x),
+            Running::Line(b) => one_step_in(b, &mut self.tool_path, &x),
+            Running::Follow(b) => one_step(b, &x),
+            Running::Path(b) => one_step_in(b, &mut self.tool_path, &x),
             Running::Wait {
                 wait,
                 macrosteps_left,

@@ -8,6 +8,7 @@
 pub mod axis;
 pub mod computed;
 pub mod drives;
+mod holder;
 pub mod homing;
 pub mod limits;
 pub mod mode;
@@ -19,15 +20,14 @@ mod synchronise;
 
 pub use setup::EdpSetup;
 
-use crate::capacity::KNOT_QUEUE;
 use crate::ecp::EffectorImage;
 use crate::io::Port;
 use axis::Axis;
 use computed::ComputedTorque;
 use drives::{DriveLink, Drives, Task};
+use holder::Holder;
 use limits::Gate;
 use mode::{Event, Mode};
-use motion::Interpolator;
 use motion::interpolator::{Status, StopCause};
 use protocol::canopen::cia402::{Goal, Mode as DriveMode};
 use protocol::fault::{Cause, Fault, Reaction, Refusal};
@@ -58,7 +58,7 @@ pub struct Edp<R, const N: usize> {
     computed: Option<ComputedTorque<N>>,
     /// The part of the model's torque that csp has as an offset, 0 to 1.
     offset_share: f64,
-    interpolator: Option<Interpolator<N, KNOT_QUEUE>>,
+    interpolator: Holder<N>,
     gate: Gate<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
@@ -93,7 +93,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 setup.master,
             ),
             axes,
-            interpolator: None,
+            interpolator: Holder::new(setup.pace),
             gate: Gate::at_rest(&[0.0; N], setup.servo_step_s),
             homing: None,
             homing_report: None,
@@ -168,9 +168,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// Path time left in the queue, µs.
     pub fn horizon_us(&self, now: Micros) -> u64 {
-        self.interpolator
-            .as_ref()
-            .map_or(0, |i| i.horizon_us(now.0))
+        self.interpolator.get().map_or(0, |i| i.horizon_us(now.0))
     }
 
     /// A drive that has become ready since the last call.
@@ -277,7 +275,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             }
             Event::Synchronise => self.home_next(0),
             Event::Acknowledge if after == Mode::Configuring => {
-                self.interpolator = None;
+                self.interpolator.leave();
                 self.homing = None;
                 self.configured = 0;
                 for (axis, link) in self.axes.iter_mut().zip(self.drives.links()) {
@@ -329,7 +327,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// The set-points as they stand now, rad.
     fn setpoint(&self) -> [f64; N] {
-        match &self.interpolator {
+        match self.interpolator.get() {
             Some(interpolator) => interpolator.setpoint().position,
             None => self.axes.each_ref().map(Axis::actual_rad),
         }
@@ -349,9 +347,11 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         self.hold_at(self.setpoint());
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn hold_at(&mut self, positions: [f64; N]) {
         let envelopes = self.setup.envelopes(self.homed());
-        self.interpolator = Interpolator::new(envelopes, positions).ok();
+        self.interpolator.hold(envelopes, positions);
         self.gate = Gate::at_rest(&positions, self.setup.servo_step_s);
         self.queue_end = Motors(positions);
         self.quick_stop_taken = false;
@@ -366,7 +366,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         if let Some(homing) = &mut self.homing {
             homing.run.abort();
         }
-        if let Some(interpolator) = &mut self.interpolator {
+        if let Some(interpolator) = self.interpolator.get_mut() {
             match reaction {
                 Reaction::PathStop => interpolator.feed_hold(),
                 Reaction::QuickStop | Reaction::TorqueOff => {
@@ -417,6 +417,9 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     fn follow_modes(&mut self) {
         let wanted = self.setup.law;
         let code = drive_mode(wanted).code();
+        if self.axes.iter().all(|axis| axis.law() == wanted) {
+            return;
+        }
         for k in 0..N {
             let current = self.holding_ma(k);
             let (Some(axis), Some(link)) = (self.axes.get_mut(k), self.drives.link_mut(k)) else {
@@ -436,19 +439,24 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         }
     }
 
-    /// The servo step: after the drives' answers to SYNC have come, before the next SYNC.
-    pub fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
+    /// The servo step: after the drives' answers to SYNC have come, before the next SYNC. `currents_ma` are
+    /// those of [`Self::currents_ma`] since then.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
+    pub fn servo(&mut self, now: Micros, currents_ma: &[f64; N], tx: &mut impl FnMut(Port, Frame)) {
         if self.mode == Mode::Boot {
             let _ = self.on(now, Event::Started);
         }
         self.measure(now);
-        self.supervise(now);
+        self.supervise(now, currents_ma);
         self.follow_modes();
         let setpoint = self.next_setpoint(now);
         self.command(&setpoint, tx);
         self.drives.poll(now, tx);
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn next_setpoint(&mut self, now: Micros) -> motion::Setpoint<N> {
         let rest = |positions| motion::Setpoint::at_rest(positions);
         if !self.mode.torque() {
@@ -457,7 +465,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         if self.homing.is_some() {
             return self.homing_setpoint(now);
         }
-        let Some(interpolator) = &mut self.interpolator else {
+        let Some(interpolator) = self.interpolator.get_mut() else {
             return rest(self.setpoint());
         };
         let mut output = interpolator.step(now.0);
@@ -496,7 +504,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     fn at_rest_after_stop(&self) -> bool {
-        match (&self.homing, &self.interpolator) {
+        match (&self.homing, self.interpolator.get()) {
             (Some(homing), _) => homing.run.at_rest(),
             (None, Some(interpolator)) => interpolator.is_at_rest(),
             (None, None) => true,
@@ -504,6 +512,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Close the loops and send the drives their targets.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn command(&mut self, setpoint: &motion::Setpoint<N>, tx: &mut impl FnMut(Port, Frame)) {
         let torque = self.mode.torque();
         let goal = if torque {

@@ -42,5 +42,5 @@ pub mod vsp;
 
 pub use config::{ConfigError, DriveAddress, NodeConfig};
 pub use io::{Port, Received};
-pub use node::Node;
+pub use node::{Node, NodeSetup};
 pub use process::{NodeProcess, Station};

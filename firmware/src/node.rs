@@ -12,7 +12,7 @@ mod report;
 
 pub use report::FEEDBACK_STEPS;
 
-use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS};
+use crate::capacity::{EVENTS, KNOT_INBOX, LINK_SESSIONS, PATH_SAMPLES};
 use crate::config::{ConfigError, NodeConfig};
 use crate::ecp::{Ecp, NoPrograms, Outcome, Programs, Sensors};
 use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
@@ -41,15 +41,15 @@ const HOLD_TIMEOUT: Micros = Micros::from_millis(30_000);
 /// A start time may lie this far ahead at most.
 const START_HORIZON: Micros = Micros::from_millis(10_000);
 
-/// One robot's controller.
+/// One robot's controller, which looks at W samples of a path: see [`PATH_SAMPLES`].
 #[derive(Debug)]
-pub struct Node<R, const N: usize, P = NoPrograms> {
+pub struct Node<R, const N: usize, P = NoPrograms, const W: usize = PATH_SAMPLES> {
     config: NodeConfig<N>,
     robot: R,
     link: Endpoint<LINK_SESSIONS>,
     clock: Clock,
     session: Session,
-    ecp: Ecp<R, N, P>,
+    ecp: Ecp<R, N, P, W>,
     edp: Edp<R, N>,
     effort: Vsp<EffortSensor<N>>,
     sensors: Sensors<N>,
@@ -67,6 +67,28 @@ pub struct Node<R, const N: usize, P = NoPrograms> {
     events: heapless::Deque<Event, EVENTS>,
     /// The maintenance request that waits for the keeper.
     asked: Option<Asked>,
+}
+
+/// A robot and a configuration that has been found good: all that can fail before there is a node.
+#[derive(Clone, Debug)]
+pub struct NodeSetup<R, const N: usize> {
+    robot: R,
+    config: NodeConfig<N>,
+    edp: EdpSetup<N>,
+}
+
+impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
+    /// # Errors
+    /// [`ConfigError`]
+    pub fn new(robot: R, config: NodeConfig<N>) -> Result<Self, ConfigError> {
+        config.validate()?;
+        if config.law == ServoLaw::ComputedTorque && robot.chain().is_none() {
+            return Err(ConfigError::ServoLaw);
+        }
+        let edp = EdpSetup::new(&robot, &config);
+        edp.validate()?;
+        Ok(Self { robot, config, edp })
+    }
 }
 
 impl<R: Robot<N> + Copy, const N: usize> Node<R, N> {
@@ -90,18 +112,24 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         config: NodeConfig<N>,
         programs: P,
     ) -> Result<Self, ConfigError> {
-        config.validate()?;
-        if config.law == ServoLaw::ComputedTorque && robot.chain().is_none() {
-            return Err(ConfigError::ServoLaw);
-        }
-        let setup = EdpSetup::new(&robot, &config);
-        setup.validate()?;
+        Ok(Self::of(now, NodeSetup::new(robot, config)?, programs))
+    }
+}
+
+impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R, N, P, W> {
+    /// The node of a setup; it is large, so this comes last, where it is to stay.
+    pub fn of(now: Micros, setup: NodeSetup<R, N>, programs: P) -> Self {
+        let NodeSetup {
+            robot,
+            config,
+            edp: setup,
+        } = setup;
         let limits = EdpSetup::generator_limits(&robot, config.velocity_factor);
         let macrostep = robot.description().macrostep;
         let period = Micros(u64::from(robot.description().servo_step_us));
         let effort = Vsp::new(EffortSensor::new(setup.overcurrent_ma, macrostep), ());
         let seed = (config.unique_id ^ config.unique_id >> 32) & 0xFFFF_FFFF;
-        Ok(Self {
+        Self {
             link: Endpoint::new(config.node, Role::Node, config.mtu),
             clock: Clock::default(),
             session: Session::new(u32::try_from(seed).unwrap_or(0)),
@@ -123,7 +151,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
             asked: None,
             config,
             robot,
-        })
+        }
     }
 
     /// The state as seen from outside.
@@ -193,15 +221,18 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         }
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn servo(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.watch_lease(now);
-        if let Some(reading) = self.effort.step(&(), &self.edp.currents_ma()) {
+        let currents_ma = self.edp.currents_ma();
+        if let Some(reading) = self.effort.step(&(), &currents_ma) {
             self.sensors = reading;
         }
         if self.edp.servo_step().is_multiple_of(self.macrostep) {
             self.macrostep(now);
         }
-        self.edp.servo(now, tx);
+        self.edp.servo(now, &currents_ma, tx);
         self.after_fault();
         self.drive_outputs();
         self.report(now, tx);
@@ -253,6 +284,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
     }
 
     /// One macrostep of the ECP: under tight coordination, one step for every knot that waits.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn macrostep(&mut self, now: Micros) {
         if !matches!(self.edp.mode(), Mode::Resting(_) | Mode::Moving { .. }) {
             return;
@@ -318,6 +351,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
         self.edp.raise_with(now, cause, axis, reaction);
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn hear(&mut self, now: Micros, incoming: Incoming, tx: &mut impl FnMut(Port, Frame)) {
         let from = incoming.from;
         match incoming.message {

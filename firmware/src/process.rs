@@ -26,7 +26,7 @@ pub trait NodeProcess: core::fmt::Debug {
     fn identity(&self) -> Identity;
 }
 
-impl<R, const N: usize, P> NodeProcess for Node<R, N, P>
+impl<R, const N: usize, P, const W: usize> NodeProcess for Node<R, N, P, W>
 where
     R: Robot<N> + Copy + core::fmt::Debug,
     P: Programs<N> + core::fmt::Debug,

@@ -1,8 +1,10 @@
 //! The straight line on the node: its knots are consistent, on the line, and within what the EDP takes.
 
-use agent::{Behaviour, Input, Move, Step};
+use agent::{Input, MoveIn, Step};
+use firmware::capacity::{PATH_SAMPLES, PATH_SAMPLES_SMALL};
 use firmware::ecp::generator::line_move::{LineMove, Reference};
 use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
+use firmware::ecp::tool_path::ToolPath;
 use firmware::ecp::{Coordinator, Demand, EcpOf, EffectorImage, Sensors};
 use firmware::edp::EdpSetup;
 use motion::Pose;
@@ -14,10 +16,28 @@ const H: f64 = 0.02;
 
 #[test]
 fn knots_of_a_line_are_consistent() {
+    line::<PATH_SAMPLES>();
+}
+
+#[test]
+fn they_are_with_the_window_of_a_microcontroller_too() {
+    line::<PATH_SAMPLES_SMALL>();
+}
+
+/// One after the other in the same place, of which the second sees nothing of the first.
+fn line<const W: usize>() {
+    let mut path = ToolPath::<6, W>::new();
+    let first = knots(&mut path);
+    assert_eq!(first, knots(&mut path));
+}
+
+type Knot = ([f64; 6], [f64; 6], [f64; 6]);
+
+fn knots<const W: usize>(path: &mut ToolPath<6, W>) -> Vec<Knot> {
     let robot = Irp6Postument;
     let limits = EdpSetup::<6>::generator_limits(&robot, 0.2);
     let from = Joints([0.0, -1.57, 0.0, 1.2, 1.57, -1.57]);
-    let line = LineMove {
+    let line = LineMove::<_, 6, W> {
         motion: ToolMotion {
             robot,
             t_flange_tool: robot.description().default_tool(),
@@ -52,10 +72,10 @@ fn knots_of_a_line_are_consistent() {
         v: Sensors { effort: [0.0; 6] },
         t: (),
     };
-    let mut b = Move::new(line);
+    let mut b = MoveIn::new(line);
     let mut knots = vec![(from.0, [0.0; 6], [0.0; 6])];
     loop {
-        match b.step(&x) {
+        match b.step(path, &x) {
             Step::Demand(Demand::Stay) => {}
             Step::Demand(Demand::JointsTwice(halves)) => {
                 knots.extend(halves.map(|m| (m.position.0, m.velocity, m.acceleration)));
@@ -79,4 +99,5 @@ fn knots_of_a_line_are_consistent() {
             );
         }
     }
+    knots
 }

@@ -149,23 +149,50 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// # Errors
     /// [`FeedError`].
     pub fn new(limits: &FeedLimits<N>, grid: f64, macrostep_s: f64) -> Result<Self, FeedError> {
-        Ok(Self {
-            plan: Plan::new(limits, grid, macrostep_s, W, M)?,
+        let mut feed = Self::nothing();
+        feed.begin(limits, grid, macrostep_s)?;
+        Ok(feed)
+    }
+
+    /// No path: it takes no samples, and its steps rest, [`Status::Done`]. A place in which one may
+    /// [`begin`](Self::begin).
+    #[must_use]
+    pub const fn nothing() -> Self {
+        Self {
+            plan: Plan::NOTHING,
             window: Window::new(),
             pending: None,
             begins: true,
             next_s: 0.0,
-            finished: false,
-            inner: Inner {
-                s: 0.0,
-                speed: 0.0,
-                heading: Heading::Forward,
-                cell: 0,
-            },
+            finished: true,
+            inner: Inner::START,
             first: 0,
             front: 0,
             average: Average::new(),
-        })
+        }
+    }
+
+    /// Another path, in the same place: as [`new`](Self::new), without moving what is large.
+    ///
+    /// # Errors
+    /// [`FeedError`]; nothing has changed then.
+    pub fn begin(
+        &mut self,
+        limits: &FeedLimits<N>,
+        grid: f64,
+        macrostep_s: f64,
+    ) -> Result<(), FeedError> {
+        self.plan = Plan::new(limits, grid, macrostep_s, W, M)?;
+        self.window.clear();
+        self.pending = None;
+        self.begins = true;
+        self.next_s = 0.0;
+        self.finished = false;
+        self.inner = Inner::START;
+        self.first = 0;
+        self.front = 0;
+        self.average = Average::new();
+        Ok(())
     }
 
     /// The time over which the motion is averaged, s: it comes to rest this much after the inner one.
@@ -179,6 +206,8 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// The speed asked for is the override times the programmed feed (where none is programmed, times
     /// the speed limits at that sample), held under the envelope. 0 is a feed hold: the hardest
     /// braking that limits allow. Negative: back, after coming to rest. Not a number counts as 0.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn step(&mut self, feed_override: f64) -> Step {
         let feed_override = if feed_override.is_nan() {
             0.0

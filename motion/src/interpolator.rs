@@ -37,7 +37,7 @@ use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
 use crate::ramp::Ramp;
 use rate::{PathClock, RateLimits};
 use segment::{End, Excess, Queue, Segment, reach_from};
-use tail::Tail;
+use tail::{Tail, TailLimits};
 
 /// Fixed-step interpolation of N axes with room for Q segments.
 ///
@@ -60,6 +60,7 @@ use tail::Tail;
 #[derive(Clone, Debug)]
 pub struct Interpolator<const N: usize, const Q: usize> {
     axes: [AxisEnvelope; N],
+    tails: [TailLimits; N],
     clock: PathClock,
     hold_s: f64,
     feed_override: f64,
@@ -73,6 +74,26 @@ pub struct Interpolator<const N: usize, const Q: usize> {
     mode: Mode<N>,
     now_us: u64,
     setpoint: Setpoint<N>,
+}
+
+/// How fast the feed rate of a path may change: a constant of the envelopes' hard and plan limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedPace {
+    limits: RateLimits,
+    /// How long a feed hold takes from rate 1, s.
+    hold_s: f64,
+}
+
+impl FeedPace {
+    /// The pace with the shortest feed hold. Of no use where [`Interpolator::new`] refuses the envelopes.
+    #[must_use]
+    pub fn new<const N: usize>(axes: &[AxisEnvelope; N]) -> Self {
+        let limits = RateLimits::new(axes);
+        Self {
+            limits,
+            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -99,28 +120,69 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// # Errors
     /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
     pub fn new(axes: [AxisEnvelope; N], hold: [f64; N]) -> Result<Self, EnvelopeError> {
+        Self::with_pace(axes, hold, FeedPace::new(&axes))
+    }
+
+    /// The same with a pace that was found before, of envelopes that differ from these in the limits of position
+    /// at most: finding it costs a hundred times what is left to do here.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_pace(
+        axes: [AxisEnvelope; N],
+        hold: [f64; N],
+        pace: FeedPace,
+    ) -> Result<Self, EnvelopeError> {
+        let mut interpolator = Self::nothing(pace);
+        interpolator.hold_anew(axes, hold)?;
+        Ok(interpolator)
+    }
+
+    /// Idle at 0, where no axis may move: a place in which to [hold](Self::hold_anew) with this pace.
+    #[must_use]
+    pub fn nothing(pace: FeedPace) -> Self {
+        Self {
+            axes: [AxisEnvelope::NOWHERE; N],
+            tails: [TailLimits::NOWHERE; N],
+            clock: PathClock::new(pace.limits),
+            hold_s: pace.hold_s,
+            feed_override: 1.0,
+            hold: false,
+            queue: Queue::new(),
+            end: End::at_rest(0, [0.0; N]),
+            tail: Tail::NONE,
+            reach: [(0.0, 0.0); N],
+            mode: Mode::Idle,
+            now_us: 0,
+            setpoint: Setpoint::at_rest([0.0; N]),
+        }
+    }
+
+    /// As [`with_pace`](Self::with_pace), in the place of what there was, with its pace.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); nothing has changed then.
+    pub fn hold_anew(
+        &mut self,
+        axes: [AxisEnvelope; N],
+        hold: [f64; N],
+    ) -> Result<(), EnvelopeError> {
         for (axis, (envelope, p)) in (0..N).zip(axes.iter().zip(&hold)) {
             envelope.validate(axis)?;
             if !p.is_finite() {
                 return Err(EnvelopeError::Hold { axis });
             }
         }
-        let limits = RateLimits::new(&axes);
-        let end = End::at_rest(0, hold);
-        Ok(Self {
-            clock: PathClock::new(limits),
-            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
-            feed_override: 1.0,
-            hold: false,
-            queue: Queue::new(),
-            tail: Tail::new(&end, &axes),
-            end,
-            reach: reach_from(&axes, &hold),
-            mode: Mode::Idle,
-            now_us: 0,
-            setpoint: Setpoint::at_rest(hold),
-            axes,
-        })
+        self.axes = axes;
+        self.tails = axes.each_ref().map(TailLimits::new);
+        self.clock.reset();
+        self.feed_override = 1.0;
+        self.hold = false;
+        self.mode = Mode::Idle;
+        self.now_us = 0;
+        self.setpoint = Setpoint::at_rest(hold);
+        self.begin(0);
+        Ok(())
     }
 
     /// Begins a path: the held position becomes its first knot, at `at_us`.
@@ -146,7 +208,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     fn begin(&mut self, at_us: u64) {
         self.queue.clear();
         self.end = End::at_rest(at_us, self.setpoint.position);
-        self.tail = Tail::new(&self.end, &self.axes);
+        self.tail = Tail::new(&self.end, &self.tails);
         self.reach = reach_from(&self.axes, &self.setpoint.position);
     }
 
@@ -198,7 +260,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
                 segment.end.acceleration = [0.0; N];
             }
         }
-        let tail = Tail::new(&segment.end, &self.axes);
+        let tail = Tail::new(&segment.end, &self.tails);
         for (axis, ((low, high), (lower, upper))) in
             tail.reach(&segment.end).zip(&reach).enumerate()
         {

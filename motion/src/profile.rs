@@ -49,6 +49,16 @@ pub struct State {
     pub j: f64,
 }
 
+impl State {
+    /// At rest at 0.
+    pub const REST: Self = Self {
+        p: 0.0,
+        v: 0.0,
+        a: 0.0,
+        j: 0.0,
+    };
+}
+
 /// Position, velocity and acceleration at an end of a motion, in the axis' unit, per s, s².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boundary {

@@ -4,8 +4,8 @@ use std::cell::Cell;
 
 use agent::args::{E, F, V};
 use agent::{
-    Always, Behaviour, Compete, First, ForSteps, Greatest, List, Move, React, Reaction, Repeat,
-    Rest, Select, Sequence, Step, Superpose, Then, Wait, condition, function, generator,
+    Always, Behaviour, Compete, First, ForSteps, Greatest, List, Move, MoveIn, React, Reaction,
+    Repeat, Rest, Select, Sequence, Step, Superpose, Then, Wait, condition, function, generator,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -202,6 +202,24 @@ proptest! {
     }
 
     /// [Z2] Fig. 3: f' once and first; f_τ before every f'', and nothing after it was true.
+    #[test]
+    fn a_move_in_a_lent_place_does_what_a_move_does(n in 0..6_u32, left in 0..9_u32, forces in forces()) {
+        let counting = generator::<Arm, F<(), (), V>, _, _, _, _>(
+            |x| (0_u32, *x.v()),
+            |c, x| { *c += 1; f64::from(*c) + x.v() },
+            |c, _| *c >= n,
+        );
+        let wanted = run(&mut Move::new(&counting), &forces);
+        // of what another Move left in the place nothing is seen
+        let (mut place, mut running) = (left, MoveIn::new(&counting));
+        prop_assert!(!running.runs());
+        for (i, (force, wanted)) in (0..).zip(forces.iter().zip(&wanted)) {
+            let step = running.step::<Arm>(&mut place, &arm(i, *force));
+            prop_assert_eq!(&step, wanted);
+            prop_assert_eq!(running.runs(), step != Step::Done);
+        }
+    }
+
     #[test]
     fn move_follows_the_flow_chart(n in 0..6_u32, forces in forces()) {
         let (first, next, asked) = (Cell::new(0_u32), Cell::new(0_u32), Cell::new(0_u32));

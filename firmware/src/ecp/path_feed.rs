@@ -1,29 +1,24 @@
 //! The programmed feed along a path: from which s on which speed.
 
-use crate::capacity::PATH_PIECES;
 use motion::Pose;
 use motion::path::METRES_PER_RADIAN;
 use motion::pose::log;
 use protocol::fault::PathProblem;
 
-/// Changes of the feed ahead of what is sampled: there is at most one where a piece ends, or where one of
-/// the eight points lies whose spans wait for those after them.
-const FEED_CHANGES: usize = PATH_PIECES + 8;
-
-/// The feeds of what is sampled and of what is not yet.
+/// The feeds of what is sampled and of what is not yet, with room for W changes ahead of what is sampled.
 #[derive(Clone, Debug)]
-pub(super) struct Feeds {
+pub(super) struct Feeds<const W: usize> {
     /// The greatest, that of the instruction, m/s.
     most: f64,
     /// What holds until the first change, m/s.
     now: f64,
     /// From s on (m), so many m/s.
-    changes: heapless::Deque<(f64, f64), FEED_CHANGES>,
+    changes: heapless::Deque<(f64, f64), W>,
     /// What the points of the open curve will add to the end of the path, m.
     pub(super) waiting_m: f64,
 }
 
-impl Feeds {
+impl<const W: usize> Feeds<W> {
     pub(super) const fn new(most: f64) -> Self {
         Self {
             most,
@@ -31,6 +26,19 @@ impl Feeds {
             changes: heapless::Deque::new(),
             waiting_m: 0.0,
         }
+    }
+
+    /// As new, in the same place.
+    pub(super) fn begin(&mut self, most: f64) {
+        self.most = most;
+        self.now = most;
+        self.changes.clear();
+        self.waiting_m = 0.0;
+    }
+
+    /// How many changes can be taken now.
+    pub(super) fn room(&self) -> usize {
+        W.saturating_sub(self.changes.len())
     }
 
     /// Another feed, from where the path ends once its waiting points are made spans.
@@ -57,7 +65,7 @@ impl Feeds {
 
     /// The feed at s, which never decreases from one question to the next.
     pub(super) fn at(&mut self, s: f64) -> f64 {
-        for _ in 0..FEED_CHANGES {
+        for _ in 0..W {
             match self.changes.front() {
                 Some((from, feed)) if *from <= s => self.now = *feed,
                 _ => break,
@@ -84,7 +92,7 @@ mod test {
 
     #[test]
     fn a_feed_holds_from_where_it_was_said_and_never_above_the_instructions() {
-        let mut feeds = Feeds::new(0.125);
+        let mut feeds = Feeds::<4>::new(0.125);
         feeds.change(1.0, 0.25).unwrap();
         feeds.change(1.0, 0.0625).unwrap();
         feeds.waiting_m = 0.5;
@@ -97,7 +105,7 @@ mod test {
 
     #[test]
     fn a_feed_that_is_none_is_refused_and_changes_nothing() {
-        let mut feeds = Feeds::new(0.1);
+        let mut feeds = Feeds::<4>::new(0.1);
         for none in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(feeds.change(0.0, none), Err(PathProblem::Feed));
         }
@@ -106,10 +114,14 @@ mod test {
 
     #[test]
     fn changes_beyond_their_places_are_refused() {
-        let mut feeds = Feeds::new(0.1);
-        for k in 0..u32::try_from(FEED_CHANGES).unwrap() {
-            feeds.change(f64::from(k), 0.05).unwrap();
+        let mut feeds = Feeds::<8>::new(0.1);
+        for k in 0..8 {
+            assert_eq!(feeds.room(), 8 - k);
+            feeds
+                .change(f64::from(u32::try_from(k).unwrap()), 0.05)
+                .unwrap();
         }
+        assert_eq!(feeds.room(), 0);
         assert_eq!(feeds.change(1e6, 0.05), Err(PathProblem::Feed));
     }
 }

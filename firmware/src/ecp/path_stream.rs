@@ -5,7 +5,7 @@ use crate::capacity::{PATH_ELEMENTS_PER_MACROSTEP, PATH_INBOX};
 use protocol::fault::Refusal;
 use protocol::message::{NodeState, PathElement};
 
-impl<R, const N: usize, P: Programs<N>> Ecp<R, N, P> {
+impl<R, const N: usize, P: Programs<N>, const W: usize> Ecp<R, N, P, W> {
     /// More of the path of the running instruction: which element is wanted next, and room for how many.
     ///
     /// # Errors
@@ -54,11 +54,11 @@ impl<R, const N: usize, P: Programs<N>> Ecp<R, N, P> {
         let Running::Path(running) = &self.running else {
             return taken;
         };
-        let room = match running.own() {
-            Some(Ok(path)) => path.room(),
-            Some(Err(_)) => 0,
+        let room = if running.runs() {
+            self.tool_path.room()
+        } else {
             // the first step begins with an empty path
-            None => PATH_ELEMENTS_PER_MACROSTEP,
+            PATH_ELEMENTS_PER_MACROSTEP
         };
         for _ in 0..room {
             if taken.is_full() {

@@ -1,6 +1,5 @@
 //! An arm that carries a tool along a path: what a point of the path is in joints.
 
-use crate::capacity::PATH_SAMPLES;
 use crate::ecp::refusal;
 use motion::Pose;
 use motion::feed::{FeedLimits, NormLimits, Sample, ToolSample};
@@ -191,14 +190,14 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
         })
     }
 
-    /// Samples as far apart as it takes for the window to hold the way to a stop from the speed asked for, and
+    /// Samples as far apart as it takes for the window of W to hold the way to a stop from the speed asked for, and
     /// for a quarter of it to hold what one step must look at: the way during the smoothing and two macrosteps.
-    pub(super) fn grid(&self) -> f64 {
+    pub(super) fn grid<const W: usize>(&self) -> f64 {
         let (v, a) = (self.speeds.velocity_m_s, self.speeds.acceleration_m_s2);
         let step = v * (self.smoothing() + 3.0 * self.macrostep_s);
         let stop = 0.5 * v * v / a + step;
         #[expect(clippy::cast_precision_loss, reason = "some hundred samples")]
-        let window = PATH_SAMPLES as f64;
+        let window = W as f64;
         let (ahead, quarter) = (2.0 * stop / (AHEAD * window), 4.0 * step / window);
         let grid = if ahead > quarter { ahead } else { quarter };
         if grid > COARSEST {

@@ -5,7 +5,7 @@
 //! differences, q', q'', q'''), and the [`Feed`] moves s on as far as the samples allow. What lies ahead and
 //! cannot be done is a wall: the tool comes to rest before it, and then the instruction is refused.
 
-use crate::capacity::{PATH_AVERAGED, PATH_PIECES, PATH_SAMPLES, PATH_SAMPLES_PER_MACROSTEP};
+use crate::capacity::{PATH_AVERAGED, PATH_SAMPLES_PER_MACROSTEP};
 use crate::ecp::path_feed::{Feeds, chord};
 use crate::ecp::tool_motion::{ToolMotion, bend};
 use crate::ecp::{Demand, pose};
@@ -25,19 +25,23 @@ use robots::{JointMotion, Joints, Robot};
 /// falls to half of that an eighth of its length away.
 const SHORT: f64 = 4.0;
 
-/// A path on its way: what the tool has before it, and where it is.
+/// A path on its way: what the tool has before it, and where it is. With room for W pieces and for W samples
+/// of them, and as many changes of the feed.
+///
+/// Large: it stays in its place, in which one path [begins](Self::begin) after the other.
 #[derive(Clone, Debug)]
-pub struct ToolPath<const N: usize> {
-    path: Path<PATH_PIECES>,
-    /// The curve through points that is being made.
-    curve: Option<MovingSegment>,
+pub struct ToolPath<const N: usize, const W: usize> {
+    path: Path<W>,
+    /// The curve through points that is being made, if one is.
+    curve: MovingSegment,
+    curving: bool,
     /// Where the last element ends.
     last: Pose,
     /// No more elements will come.
     ended: bool,
-    feed: Feed<N, PATH_SAMPLES, PATH_AVERAGED>,
+    feed: Feed<N, W, PATH_AVERAGED>,
     /// The programmed feeds of what is sampled and of what is not yet.
-    feeds: Feeds,
+    feeds: Feeds<W>,
     grid: f64,
     /// Where the piece begins that is sampled, where its last sample was taken, and the joints there.
     piece_from: f64,
@@ -52,40 +56,92 @@ pub struct ToolPath<const N: usize> {
     status: Status,
     /// Why the path cannot go on beyond what is sampled.
     wall: Option<Refusal>,
+    /// Why there is no path at all.
+    none: Option<Refusal>,
 }
 
-impl<const N: usize> ToolPath<N> {
-    /// At rest, with no path yet.
+impl<const N: usize, const W: usize> Default for ToolPath<N, W> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize, const W: usize> ToolPath<N, W> {
+    /// No path yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            path: Path::new().without_blends_below(SHORTEST_BLEND_M),
+            curve: MovingSegment::new(),
+            curving: false,
+            last: Pose::identity(),
+            ended: true,
+            feed: Feed::nothing(),
+            feeds: Feeds::new(0.0),
+            grid: 0.0,
+            piece_from: 0.0,
+            sampled: None,
+            ahead: Joints([0.0; N]),
+            along: State::REST,
+            s: 0.0,
+            here: Joints([0.0; N]),
+            begun: false,
+            status: Status::Done,
+            wall: None,
+            none: None,
+        }
+    }
+
+    /// Another path, at rest, with no elements yet; what there was is gone.
     ///
     /// # Errors
     /// [`Refusal::NotFinite`] if the limits admit no motion; [`Refusal::OutOfRange`] if the robot's rule for
-    /// its redundancy has it elsewhere than it stands: a path cannot begin with a jump.
+    /// its redundancy has it elsewhere than it stands: a path cannot begin with a jump. Then there is no path,
+    /// and each step refuses with the same.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn begin<R: Robot<N>>(
+        &mut self,
         motion: &ToolMotion<R, N>,
         from: &Joints<N>,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<(), Refusal> {
+        let begun = self.try_begin(motion, from);
+        self.none = begun.err();
+        begun
+    }
+
+    /// There is no path, for a reason.
+    pub(super) fn refuse_all(&mut self, refusal: Refusal) {
+        self.none = Some(refusal);
+    }
+
+    fn try_begin<R: Robot<N>>(
+        &mut self,
+        motion: &ToolMotion<R, N>,
+        from: &Joints<N>,
+    ) -> Result<(), Refusal> {
         let last = motion.begin(from)?;
-        let grid = motion.grid();
-        let feed = Feed::new(&motion.feed_limits(), grid, motion.macrostep_s)
+        let grid = motion.grid::<W>();
+        self.feed
+            .begin(&motion.feed_limits(), grid, motion.macrostep_s)
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
-        Ok(Self {
-            path: Path::new().without_blends_below(SHORTEST_BLEND_M),
-            curve: None,
-            last,
-            ended: false,
-            feed,
-            feeds: Feeds::new(motion.speeds.velocity_m_s),
-            grid,
-            piece_from: 0.0,
-            sampled: None,
-            ahead: *from,
-            along: State::default(),
-            s: 0.0,
-            here: *from,
-            begun: false,
-            status: Status::Waiting,
-            wall: None,
-        })
+        self.path.clear();
+        self.curve.clear();
+        self.curving = false;
+        self.last = last;
+        self.ended = false;
+        self.feeds.begin(motion.speeds.velocity_m_s);
+        self.grid = grid;
+        self.piece_from = 0.0;
+        self.sampled = None;
+        self.ahead = *from;
+        self.along = State::REST;
+        self.s = 0.0;
+        self.here = *from;
+        self.begun = false;
+        self.status = Status::Waiting;
+        self.wall = None;
+        Ok(())
     }
 
     /// Where the path ends so far: `t_base_tool`.
@@ -97,14 +153,16 @@ impl<const N: usize> ToolPath<N> {
     /// How many elements can be taken now.
     #[must_use]
     pub fn room(&self) -> usize {
-        if self.ended || self.wall.is_some() {
+        if self.ended || self.wall.is_some() || self.none.is_some() {
             return 0;
         }
-        // one of them may end a curve: four spans; each may add a blend and a piece
-        self.path.room().saturating_sub(4) / 2
+        // one of them may end a curve: four spans; each may add a blend and a piece, or change the feed
+        (self.path.room().saturating_sub(4) / 2).min(self.feeds.room())
     }
 
     /// An element of the path, the `number`-th. One that cannot be is a wall.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn take(&mut self, number: u32, element: &PathElement) {
         if let Err(problem) = self.element(element) {
             self.refuse(Refusal::Path {
@@ -123,14 +181,11 @@ impl<const N: usize> ToolPath<N> {
         match element {
             PathElement::Through(to) => {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
-                let curve = if let Some(curve) = &mut self.curve {
-                    curve
-                } else {
-                    let curve = self.curve.insert(MovingSegment::new());
-                    curve.push(self.last).map_err(point_problem)?;
-                    curve
-                };
-                let span = curve.push(to).map_err(point_problem)?;
+                if !self.curving {
+                    self.curving = true;
+                    self.curve.push(self.last).map_err(point_problem)?;
+                }
+                let span = self.curve.push(to).map_err(point_problem)?;
                 self.feeds.waiting_m += chord(&self.last, &to);
                 self.last = to;
                 if let Some(span) = span {
@@ -148,7 +203,7 @@ impl<const N: usize> ToolPath<N> {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
                 let arc =
                     Arc::through(self.last, Vector3::from(*via_m), to).map_err(piece_problem)?;
-                self.push(arc, *corner)?;
+                self.push(&arc.into(), *corner)?;
                 self.last = to;
                 Ok(())
             }
@@ -167,7 +222,7 @@ impl<const N: usize> ToolPath<N> {
     fn line(&mut self, to: Pose, corner: Corner) -> Result<(), PathProblem> {
         self.end_curve()?;
         match Straight::new(self.last, to) {
-            Ok(line) => self.push(line, corner)?,
+            Ok(line) => self.push(&line.into(), corner)?,
             Err(PieceError::TooShort) => {}
             Err(error) => return Err(piece_problem(error)),
         }
@@ -192,12 +247,13 @@ impl<const N: usize> ToolPath<N> {
     }
 
     fn end_curve(&mut self) -> Result<(), PathProblem> {
-        let Some(mut curve) = self.curve.take() else {
+        if !self.curving {
             return Ok(());
-        };
+        }
+        self.curving = false;
         self.feeds.waiting_m = 0.0;
-        for _ in 0..PATH_PIECES {
-            let Some(span) = curve.finish() else {
+        for _ in 0..W {
+            let Some(span) = self.curve.finish() else {
                 break;
             };
             self.path.push(span).map_err(queue_problem)?;
@@ -205,7 +261,8 @@ impl<const N: usize> ToolPath<N> {
         Ok(())
     }
 
-    fn push(&mut self, piece: impl Into<Piece>, corner: Corner) -> Result<(), PathProblem> {
+    #[inline(never)]
+    fn push(&mut self, piece: &Piece, corner: Corner) -> Result<(), PathProblem> {
         let tolerance = Tolerance {
             metres: f64::from(corner.metres),
             radians: f64::from(corner.radians),
@@ -216,15 +273,17 @@ impl<const N: usize> ToolPath<N> {
         }
         let exact = tolerance.metres <= 0.0 || tolerance.radians <= 0.0;
         let _: Join = if exact {
-            self.path.push(piece)
+            self.path.push(*piece)
         } else {
-            self.path.push_blended(piece, &tolerance)
+            self.path.push_blended(*piece, &tolerance)
         }
         .map_err(queue_problem)?;
         Ok(())
     }
 
     /// Takes samples as far as the path is settled and there is room.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn look_ahead<R: Robot<N>>(&mut self, motion: &ToolMotion<R, N>) {
         for _ in 0..PATH_SAMPLES_PER_MACROSTEP {
             // an end of a piece takes two places
@@ -290,6 +349,8 @@ impl<const N: usize> ToolPath<N> {
         Ok(true)
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn sample_at<R: Robot<N>>(
         &mut self,
         motion: &ToolMotion<R, N>,
@@ -321,6 +382,9 @@ impl<const N: usize> ToolPath<N> {
         motion: &ToolMotion<R, N>,
         feed_override: f64,
     ) -> Demand<N> {
+        if let Some(refusal) = self.none {
+            return Demand::Refuse(refusal);
+        }
         let known = (self.piece_from, self.sampled, self.path.end());
         self.look_ahead(motion);
         let step = self.feed.step(feed_override);
@@ -370,6 +434,8 @@ impl<const N: usize> ToolPath<N> {
 
     /// The macrostep in two halves: between knots q(t) is a quintic, which over a whole macrostep of a curve,
     /// whose third derivative jumps where its points are, leaves it by more than a nanometre.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn knots<R: Robot<N>>(
         &mut self,
         motion: &ToolMotion<R, N>,
@@ -387,6 +453,8 @@ impl<const N: usize> ToolPath<N> {
     }
 
     /// The joints where the feed is at an instant, before `end`.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn knot<R: Robot<N>>(
         &mut self,
         motion: &ToolMotion<R, N>,
@@ -405,16 +473,16 @@ impl<const N: usize> ToolPath<N> {
         &self.along
     }
 
-    /// Whether the tool has come to the end of the path.
+    /// Whether the tool has come to the end of the path, or there is none.
     #[must_use]
     pub fn done(&self) -> bool {
-        self.status == Status::Done
+        self.none.is_some() || self.status == Status::Done
     }
 
     /// Whether the tool rests.
     #[must_use]
     pub fn rests(&self) -> bool {
-        self.status != Status::Moving
+        self.none.is_some() || self.status != Status::Moving
     }
 }
 

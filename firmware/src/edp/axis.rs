@@ -25,8 +25,8 @@ pub struct AxisConstants {
     pub jump_units: i64,
 }
 
-/// Steps over which the torque that holds an axis is averaged.
-const MEAN_STEPS: f64 = 16.0;
+/// The share of a step in the mean of the torque that holds an axis: of the last 16 steps, about.
+const MEAN_SHARE: f64 = 1.0 / 16.0;
 /// The part of the following-error window that is open at standstill.
 const WINDOW_AT_REST: f64 = 0.4;
 
@@ -143,12 +143,17 @@ impl Axis {
 
     /// Demand minus actual of the same instant, rad.
     #[must_use]
+    pub fn following_error_rad(&self) -> f64 {
+        self.following_error_units() / self.constants.units_per_rad
+    }
+
+    /// The same in drive units.
     #[expect(
         clippy::cast_precision_loss,
         reason = "2^53 units are years of turning"
     )]
-    pub fn following_error_rad(&self) -> f64 {
-        self.following_error() as f64 / self.constants.units_per_rad
+    fn following_error_units(&self) -> f64 {
+        self.following_error() as f64
     }
 
     /// Greatest following error since it was last asked for, drive units.
@@ -172,7 +177,7 @@ impl Axis {
     /// A new measurement, drive units and ‰ of the rated torque; `false` if the encoder cannot have moved that
     /// far.
     pub fn measure(&mut self, units: i32, torque: i16) -> bool {
-        self.mean_torque += (f64::from(torque) - self.mean_torque) / MEAN_STEPS;
+        self.mean_torque += (f64::from(torque) - self.mean_torque) * MEAN_SHARE;
         let units = self.unwrapped(units);
         let plausible = !self.known
             || units.saturating_sub(self.actual).saturating_abs() <= self.constants.jump_units;
@@ -310,11 +315,15 @@ impl Axis {
     /// Has the following error left its window? The window opens with speed (rad/s).
     #[must_use]
     pub fn beyond_window(&self, velocity: f64) -> bool {
+        let error = libm::fabs(self.following_error_units());
+        let window = self.constants.following_window_rad * self.constants.units_per_rad;
+        // what most steps need to know, without a division
+        if error <= window * WINDOW_AT_REST {
+            return false;
+        }
         let share = libm::fabs(velocity) / self.constants.full_speed;
         let share = if share > 1.0 { 1.0 } else { share };
-        let window =
-            self.constants.following_window_rad * (WINDOW_AT_REST + (1.0 - WINDOW_AT_REST) * share);
-        libm::fabs(self.following_error_rad()) > window
+        error > window * (WINDOW_AT_REST + (1.0 - WINDOW_AT_REST) * share)
     }
 
     /// Towards a power state: the controlword.

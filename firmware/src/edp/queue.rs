@@ -32,6 +32,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     ///
     /// # Errors
     /// Why a knot was refused; it, and what was to follow it, is not in the queue then.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub fn demand(&mut self, now: Micros, demand: &Demand<N>) -> Result<(), Refusal> {
         let macrostep = self.setup.macrostep;
         match demand {
@@ -73,7 +75,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         has_acceleration: bool,
     ) -> Result<(), Refusal> {
         let macrostep = self.setup.macrostep;
-        let Some(interpolator) = &mut self.interpolator else {
+        let Some(interpolator) = self.interpolator.get_mut() else {
             return Err(Refusal::WrongState {
                 state: self.mode.into(),
             });
@@ -131,7 +133,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// The instruction has ended, perhaps in the middle of a motion: come to rest on the path.
     pub fn come_to_rest(&mut self) {
-        if let Some(interpolator) = &mut self.interpolator
+        if let Some(interpolator) = self.interpolator.get_mut()
             && !interpolator.ends_at_rest()
         {
             interpolator.feed_hold();
@@ -141,7 +143,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// Have the set-points come to rest, with nothing left to do?
     pub fn at_rest(&self, now: Micros) -> bool {
-        self.interpolator.as_ref().is_none_or(|interpolator| {
+        self.interpolator.get().is_none_or(|interpolator| {
             interpolator.is_at_rest()
                 && (self.coming_to_rest || interpolator.horizon_us(now.0) == 0)
         })
@@ -149,7 +151,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// Drop what is left of a path that was held or stopped.
     pub fn flush(&mut self) {
-        if let Some(interpolator) = &mut self.interpolator
+        if let Some(interpolator) = self.interpolator.get_mut()
             && interpolator.flush().is_ok()
         {
             interpolator.resume();

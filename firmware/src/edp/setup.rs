@@ -9,6 +9,7 @@ use crate::edp::drives::AxisSetup;
 use crate::edp::homing::HomingParameters;
 use crate::edp::limits::Bounds;
 use crate::edp::servo::{FeedForwardGains, OriginalGains};
+use motion::interpolator::FeedPace;
 use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
 use motion::{AxisEnvelope, Interpolator};
@@ -55,6 +56,8 @@ pub struct EdpSetup<const N: usize> {
     pub overcurrent_ma: [f64; N],
     /// The servo law in force.
     pub law: ServoLaw,
+    /// How fast paths may be held and resumed.
+    pub pace: FeedPace,
     /// The gate, homed.
     homed_bounds: [Bounds; N],
 }
@@ -73,6 +76,13 @@ impl<const N: usize> EdpSetup<N> {
             ServoLaw::DrivePosition => Mode::Csp,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
+        let homed_bounds = description.axes.each_ref().map(|axis| Bounds {
+            lower: axis.motor_position.lower,
+            upper: axis.motor_position.upper,
+            velocity: axis.hard_limits.velocity * factor,
+            acceleration: axis.hard_limits.acceleration,
+            jerk: axis.hard_limits.jerk,
+        });
         Self {
             servo_step_s: period.as_secs_f64(),
             macrostep: Micros(period.0 * u64::from(description.macrostep)),
@@ -108,13 +118,8 @@ impl<const N: usize> EdpSetup<N> {
                 .each_ref()
                 .map(|axis| f64::from(axis.overcurrent_ma)),
             law: config.law,
-            homed_bounds: description.axes.each_ref().map(|axis| Bounds {
-                lower: axis.motor_position.lower,
-                upper: axis.motor_position.upper,
-                velocity: axis.hard_limits.velocity * factor,
-                acceleration: axis.hard_limits.acceleration,
-                jerk: axis.hard_limits.jerk,
-            }),
+            pace: FeedPace::new(&envelopes(&homed_bounds)),
+            homed_bounds,
         }
     }
 
@@ -134,25 +139,7 @@ impl<const N: usize> EdpSetup<N> {
     /// What the interpolator may do.
     #[must_use]
     pub fn envelopes(&self, homed: bool) -> [AxisEnvelope; N] {
-        self.bounds(homed).map(|b| {
-            let hard = AxisLimits {
-                v: b.velocity,
-                a: b.acceleration,
-                j: b.jerk,
-            };
-            let plan = AxisLimits {
-                v: hard.v * PLAN_VELOCITY,
-                a: hard.a * PLAN_ACCELERATION,
-                j: hard.j * PLAN_JERK,
-            };
-            AxisEnvelope {
-                lower: b.lower,
-                upper: b.upper,
-                hard,
-                plan,
-                acceleration_step: plan.a,
-            }
-        })
+        envelopes(&self.bounds(homed))
     }
 
     /// An interpolator can be made of the envelopes.
@@ -160,7 +147,9 @@ impl<const N: usize> EdpSetup<N> {
     /// # Errors
     /// [`ConfigError::NoRoomToStop`].
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let Err(error) = Interpolator::<N, KNOT_QUEUE>::new(self.envelopes(true), [0.0; N]) else {
+        let Err(error) =
+            Interpolator::<N, KNOT_QUEUE>::with_pace(self.envelopes(true), [0.0; N], self.pace)
+        else {
             return Ok(());
         };
         let (EnvelopeError::Senseless { axis }
@@ -213,6 +202,28 @@ impl<const N: usize> EdpSetup<N> {
             cartesian_acceleration: description.cartesian_acceleration,
         }
     }
+}
+
+fn envelopes<const N: usize>(bounds: &[Bounds; N]) -> [AxisEnvelope; N] {
+    bounds.map(|b| {
+        let hard = AxisLimits {
+            v: b.velocity,
+            a: b.acceleration,
+            j: b.jerk,
+        };
+        let plan = AxisLimits {
+            v: hard.v * PLAN_VELOCITY,
+            a: hard.a * PLAN_ACCELERATION,
+            j: hard.j * PLAN_JERK,
+        };
+        AxisEnvelope {
+            lower: b.lower,
+            upper: b.upper,
+            hard,
+            plan,
+            acceleration_step: plan.a,
+        }
+    })
 }
 
 fn units_per_rad(axis: &AxisDescription) -> f64 {

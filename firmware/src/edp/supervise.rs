@@ -45,7 +45,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Faults of the drives and of the loops.
-    pub(super) fn supervise(&mut self, now: Micros) {
+    pub(super) fn supervise(&mut self, now: Micros, currents_ma: &[f64; N]) {
         match self.mode {
             Mode::Configuring if self.drives.ready() => {
                 let _ = self.on(now, Event::DrivesConfigured);
@@ -83,11 +83,11 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         }
         let velocity = self
             .interpolator
-            .as_ref()
+            .get()
             .map_or([0.0; N], |i| i.setpoint().velocity);
         let mut found = None;
         for (k, link) in self.drives.links().iter().enumerate() {
-            let over = libm::fabs(self.current_ma(k))
+            let over = libm::fabs(currents_ma.get(k).copied().unwrap_or(f64::INFINITY))
                 > self.setup.overcurrent_ma.get(k).copied().unwrap_or(0.0);
             let (Some(axis), Some(count), Some(v)) = (
                 self.axes.get(k),

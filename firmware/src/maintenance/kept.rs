@@ -26,7 +26,7 @@ pub trait Maintainable: NodeProcess {
     fn answer(&mut self, asked: &Asked, reply: &MaintenanceReply, tx: &mut dyn FnMut(Port, Frame));
 }
 
-impl<R, const N: usize, P> Maintainable for Node<R, N, P>
+impl<R, const N: usize, P, const W: usize> Maintainable for Node<R, N, P, W>
 where
     R: Robot<N> + Copy + Debug,
     P: Programs<N> + Debug,

@@ -12,7 +12,7 @@ use protocol::transfer::TransferId;
 use protocol::units::{PerAxis, UNITS_PER_INCREMENT};
 use robots::Robot;
 
-impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
+impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R, N, P, W> {
     /// Servo steps since the start.
     pub const fn servo_step(&self) -> u32 {
         self.edp.servo_step()

@@ -13,7 +13,7 @@ use robots::Robot;
 /// Feedback to the MP every so many servo steps: 10 ms at 2 ms.
 pub const FEEDBACK_STEPS: u32 = 5;
 
-impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>> Node<R, N, P> {
+impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R, N, P, W> {
     /// What is due in this servo step.
     pub(super) fn report(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.collect_events();

@@ -1,8 +1,10 @@
 //! Paths on the node: exactly on the curve, within the limits, and always able to stop.
 
 mod feeds;
+mod scalar;
 
-use agent::{Behaviour, Input, Move, Step};
+use agent::{Input, MoveIn, Step};
+use firmware::capacity::PATH_SAMPLES;
 use firmware::ecp::generator::PathMove;
 use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
 use firmware::ecp::tool_path::ToolPath;
@@ -14,18 +16,12 @@ use nalgebra::Vector3;
 use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Coordination, Corner, PathElement, PoseMessage};
 use robots::{Irp6Postument, JointMotion, Joints, Robot};
+use scalar::{larger, smaller};
 
 const H: f64 = 0.02;
 const N: usize = 6;
+const W: usize = PATH_SAMPLES;
 const FROM: Joints<N> = Joints([0.0, -1.57, 0.0, 1.2, 1.57, -1.57]);
-
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-fn smaller(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
 
 fn limits() -> Limits<N> {
     EdpSetup::<N>::generator_limits(&Irp6Postument, 1.0)
@@ -62,7 +58,8 @@ struct Run {
     arm: ToolMotion<Irp6Postument, N>,
     elements: Vec<PathElement>,
     sent: usize,
-    running: Move<PathMove<Irp6Postument, N>, Result<ToolPath<N>, Refusal>>,
+    running: MoveIn<PathMove<Irp6Postument, N, W>>,
+    path: ToolPath<N, W>,
     /// One each half of a macrostep.
     knots: Vec<JointMotion<N>>,
 }
@@ -81,7 +78,8 @@ impl Run {
             arm,
             elements,
             sent: 0,
-            running: Move::new(PathMove(arm)),
+            running: MoveIn::new(PathMove(arm)),
+            path: ToolPath::new(),
             knots: vec![JointMotion {
                 position: FROM,
                 velocity: [0.0; N],
@@ -99,9 +97,10 @@ impl Run {
     ) -> End {
         let motors = self.arm.robot.motors(&FROM).unwrap();
         for i in 0..most {
-            let room = match self.running.own() {
-                Some(Ok(path)) => path.room(),
-                _ => 4,
+            let room = if self.running.runs() {
+                self.path.room()
+            } else {
+                4
             };
             let count = if late(i) {
                 0
@@ -130,7 +129,7 @@ impl Run {
                 v: Sensors { effort: [0.0; N] },
                 t: (),
             };
-            match self.running.step(&x) {
+            match self.running.step(&mut self.path, &x) {
                 Step::Demand(Demand::JointsTwice(halves)) => self.knots.extend(halves),
                 // at rest
                 Step::Demand(Demand::Joints(motion)) => self.knots.extend([motion; 2]),

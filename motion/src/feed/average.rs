@@ -14,11 +14,11 @@ pub(super) struct Average<const M: usize> {
 
 impl<const M: usize> Average<M> {
     /// At rest at s = 0.
-    pub(super) fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
-            last: [InnerStep::default(); M],
+            last: [InnerStep::REST; M],
             oldest: 0,
-            end: State::default(),
+            end: State::REST,
         }
     }
 

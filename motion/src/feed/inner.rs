@@ -23,11 +23,20 @@ impl Heading {
 }
 
 /// Before a macrostep: position, and velocity and acceleration (of the step) by s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct InnerStep {
     pub(super) s: f64,
     pub(super) v: f64,
     pub(super) a: f64,
+}
+
+impl InnerStep {
+    /// At s = 0.
+    pub(super) const REST: Self = Self {
+        s: 0.0,
+        v: 0.0,
+        a: 0.0,
+    };
 }
 
 /// Position, speed along the heading, and the cell it is in.
@@ -37,6 +46,16 @@ pub(super) struct Inner {
     pub(super) speed: f64,
     pub(super) heading: Heading,
     pub(super) cell: usize,
+}
+
+impl Inner {
+    /// At rest at the first sample.
+    pub(super) const START: Self = Self {
+        s: 0.0,
+        speed: 0.0,
+        heading: Heading::Forward,
+        cell: 0,
+    };
 }
 
 /// Where the present motion must end.

@@ -97,6 +97,27 @@ pub(super) struct Plan<const N: usize> {
 }
 
 impl<const N: usize> Plan<N> {
+    /// Of a motion that is not there: nothing is allowed.
+    pub(super) const NOTHING: Self = {
+        let none = Budget {
+            v: 0.0,
+            a: 0.0,
+            ramp: 0.0,
+            bend: 0.0,
+        };
+        Self {
+            joints: [none; N],
+            tool: [none; 2],
+            grid: 0.0,
+            step: 0.0,
+            averaged: 0,
+            tau: 0.0,
+            fastest: 0.0,
+            hardest: 0.0,
+            most_surveys: 0,
+        }
+    };
+
     /// # Errors
     /// [`FeedError`].
     pub(super) fn new(

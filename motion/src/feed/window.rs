@@ -32,44 +32,34 @@ pub(super) struct Record<const N: usize> {
 /// At most W records; indices count from the oldest.
 #[derive(Clone, Debug)]
 pub(super) struct Window<const N: usize, const W: usize> {
-    slots: [Option<Record<N>>; W],
-    head: usize,
-    len: usize,
+    records: heapless::Deque<Record<N>, W>,
     pub(super) common: Option<Common>,
 }
 
 impl<const N: usize, const W: usize> Window<N, W> {
-    pub(super) fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
-            slots: [None; W],
-            head: 0,
-            len: 0,
+            records: heapless::Deque::new(),
             common: None,
         }
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.len
+    /// As new, in the same place.
+    pub(super) fn clear(&mut self) {
+        self.records.clear();
+        self.common = None;
     }
 
-    fn slot(&self, i: usize) -> usize {
-        let slot = self.head.saturating_add(i);
-        slot.checked_sub(W).unwrap_or(slot)
+    pub(super) fn len(&self) -> usize {
+        self.records.len()
     }
 
     pub(super) fn get(&self, i: usize) -> Option<&Record<N>> {
-        if i >= self.len {
-            return None;
-        }
-        self.slots.get(self.slot(i))?.as_ref()
+        self.records.get(i)
     }
 
     pub(super) fn get_mut(&mut self, i: usize) -> Option<&mut Record<N>> {
-        if i >= self.len {
-            return None;
-        }
-        let slot = self.slot(i);
-        self.slots.get_mut(slot)?.as_mut()
+        self.records.get_mut(i)
     }
 
     /// Both records of a cell.
@@ -78,20 +68,15 @@ impl<const N: usize, const W: usize> Window<N, W> {
     }
 
     pub(super) fn drop_oldest(&mut self) {
-        if self.len > 0 {
-            self.head = self.slot(1);
-            self.len = self.len.saturating_sub(1);
-            if let Some(common) = &mut self.common {
-                common.renumber();
-            }
+        if self.records.pop_front().is_some()
+            && let Some(common) = &mut self.common
+        {
+            common.renumber();
         }
     }
 
     /// Appends a sample; nothing when full, which the caller excludes.
     pub(super) fn push(&mut self, s: f64, allowed: Allowed<N>, begins: bool, ends: bool) {
-        if self.len >= W {
-            return;
-        }
         let record = Record {
             s,
             reach: if begins || ends { 0.0 } else { allowed.most_x },
@@ -105,13 +90,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
             after: 0,
             bounds: None,
         };
-        let slot = self.slot(self.len);
-        if let Some(free) = self.slots.get_mut(slot) {
-            *free = Some(record);
-            self.len = self.len.saturating_add(1);
-        }
-        if !begins {
-            self.bound(self.len.saturating_sub(1));
+        if self.records.push_back(record).is_ok() && !begins {
+            self.bound(self.len().saturating_sub(1));
         }
     }
 
@@ -242,7 +222,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
             first = first.saturating_sub(1);
         }
         let mut last = at;
-        while last.saturating_add(1) < self.len && self.get(last).is_some_and(|r| !r.ends) {
+        while last.saturating_add(1) < self.len() && self.get(last).is_some_and(|r| !r.ends) {
             last = last.saturating_add(1);
         }
         (first, last)

@@ -119,7 +119,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         self.queue.truncate(kept);
         if let Some(last) = kept.checked_sub(1).and_then(|n| self.queue.nth(n)) {
             self.end = last.end;
-            self.tail = Tail::new(&self.end, &self.axes);
+            self.tail = Tail::new(&self.end, &self.tails);
         }
         before - kept
     }

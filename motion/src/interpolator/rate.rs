@@ -100,6 +100,11 @@ impl PathClock {
         }
     }
 
+    /// As new, with the same limits.
+    pub(crate) fn reset(&mut self) {
+        *self = Self::new(self.limits);
+    }
+
     /// Path time equals the caller's time at `at_us` and runs at a constant rate from then on.
     pub(crate) fn start(&mut self, at_us: u64, rate: f64) {
         self.since_us = at_us;

@@ -1,7 +1,7 @@
 //! One polynomial piece of the path, and the queue of pieces.
 
 use crate::knot::{AxisEnvelope, Knot, Quantity};
-use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hull, quintic, range};
+use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hulls, quintic, range};
 use crate::scalar::{US_PER_S, float_us, larger, smaller};
 
 /// Relative excess over a plan limit that counts as rounding.
@@ -69,16 +69,6 @@ pub(crate) struct Segment<const N: usize> {
 }
 
 impl<const N: usize> Segment<N> {
-    pub(crate) fn nowhere() -> Self {
-        Self {
-            start_us: 0,
-            per_us: 0.0,
-            per_s: 0.0,
-            coefficients: [[0.0; 6]; N],
-            end: End::at_rest(0, [0.0; N]),
-        }
-    }
-
     /// The piece from one state to the next knot; the knot is later.
     pub(crate) fn new(from: &End<N>, knot: &Knot<N>) -> Self {
         let duration_us = float_us(knot.at_us.saturating_sub(from.at_us));
@@ -131,8 +121,9 @@ impl<const N: usize> Segment<N> {
     /// Steps of acceleration where the piece begins, by magnitude.
     pub(crate) fn acceleration_step(&self, from: &End<N>) -> [f64; N] {
         let mut steps = from.acceleration;
-        for (step, [_, _, a]) in steps.iter_mut().zip(self.at(0.0)) {
-            *step = (a - *step).abs();
+        for (step, [_, _, c2, ..]) in steps.iter_mut().zip(&self.coefficients) {
+            // the second derivative at u = 0
+            *step = (2.0 * c2 * self.per_s * self.per_s - *step).abs();
         }
         steps
     }
@@ -150,19 +141,30 @@ impl<const N: usize> Segment<N> {
         for (axis, ((c, envelope), (lower, upper))) in (0..N).zip(each) {
             let size = c.iter().fold(0.0, |sum, c| sum + c.abs());
             let rounding = 1e-14 * size;
-            let d1 = derivative(c);
-            let d2 = derivative(&d1);
-            let d3 = derivative(&d2);
             let (one, two) = (self.per_s, self.per_s * self.per_s);
             let symmetric = |limit: f64| (-limit, limit, limit * ROUNDING);
             let tests = [
-                (Quantity::Position, c, 1.0, (*lower, *upper, rounding)),
-                (Quantity::Velocity, &d1, one, symmetric(envelope.plan.v)),
-                (Quantity::Acceleration, &d2, two, symmetric(envelope.plan.a)),
-                (Quantity::Jerk, &d3, one * two, symmetric(envelope.plan.j)),
+                (Quantity::Position, 1.0, (*lower, *upper, rounding)),
+                (Quantity::Velocity, one, symmetric(envelope.plan.v)),
+                (Quantity::Acceleration, two, symmetric(envelope.plan.a)),
+                (Quantity::Jerk, one * two, symmetric(envelope.plan.j)),
             ];
-            for (quantity, polynomial, scale, (low, high, tolerance)) in tests {
-                if let Some((value, limit)) = outside(polynomial, scale, low, high, tolerance) {
+            let tests = tests.into_iter().zip(hulls(c));
+            for (order, ((quantity, scale, (low, high, tolerance)), hull)) in (0..4).zip(tests) {
+                let inside = |(l, h): (f64, f64)| {
+                    l * scale >= low - tolerance && h * scale <= high + tolerance
+                };
+                if inside(hull) {
+                    continue;
+                }
+                let polynomial = (0..order).fold(*c, |p, _| derivative(&p));
+                let (l, h) = range(&polynomial);
+                if !inside((l, h)) {
+                    let (value, limit) = if h * scale <= high + tolerance {
+                        (l * scale, low)
+                    } else {
+                        (h * scale, high)
+                    };
                     return Some(Excess {
                         axis,
                         quantity,
@@ -176,96 +178,58 @@ impl<const N: usize> Segment<N> {
     }
 }
 
-/// A value of `scale`·polynomial outside the limits and the limit it leaves; NaN is outside.
-fn outside(
-    c: &Coefficients,
-    scale: f64,
-    low: f64,
-    high: f64,
-    tolerance: f64,
-) -> Option<(f64, f64)> {
-    let inside = |(l, h): (f64, f64)| l * scale >= low - tolerance && h * scale <= high + tolerance;
-    if inside(hull(c)) {
-        return None;
-    }
-    let (l, h) = range(c);
-    if inside((l, h)) {
-        return None;
-    }
-    if h * scale <= high + tolerance {
-        Some((l * scale, low))
-    } else {
-        Some((h * scale, high))
-    }
-}
-
 /// A first-in first-out queue of at most Q pieces.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue<const N: usize, const Q: usize> {
-    pieces: [Segment<N>; Q],
-    first: usize,
-    count: usize,
+    pieces: heapless::Deque<Segment<N>, Q>,
 }
 
 impl<const N: usize, const Q: usize> Queue<N, Q> {
-    pub(crate) fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         const { assert!(Q > 0, "a queue without room") };
         Self {
-            pieces: [Segment::nowhere(); Q],
-            first: 0,
-            count: 0,
+            pieces: heapless::Deque::new(),
         }
     }
 
-    fn place(&self, nth: usize) -> usize {
-        self.first
-            .wrapping_add(nth)
-            .checked_rem(Q)
-            .unwrap_or_default()
-    }
-
     pub(crate) fn len(&self) -> usize {
-        self.count
+        self.pieces.len()
     }
 
     pub(crate) fn is_full(&self) -> bool {
-        self.count >= Q
+        self.pieces.is_full()
     }
 
     pub(crate) fn clear(&mut self) {
-        self.count = 0;
+        self.pieces.clear();
     }
 
     /// Appends; the caller has asked [`is_full`](Self::is_full).
     pub(crate) fn push(&mut self, piece: Segment<N>) {
-        let place = self.place(self.count);
-        if let (false, Some(slot)) = (self.is_full(), self.pieces.get_mut(place)) {
-            *slot = piece;
-            self.count += 1;
-        }
+        let _ = self.pieces.push_back(piece);
     }
 
     pub(crate) fn front(&self) -> Option<&Segment<N>> {
-        self.nth(0)
+        self.pieces.front()
     }
 
     pub(crate) fn nth(&self, nth: usize) -> Option<&Segment<N>> {
-        (nth < self.count)
-            .then(|| self.pieces.get(self.place(nth)))
-            .flatten()
+        self.pieces.get(nth)
     }
 
     /// Drops pieces that end at or before `us`, except the last piece.
     pub(crate) fn drop_passed(&mut self, us: u64) {
-        while self.count > 1 && self.front().is_some_and(|piece| piece.end.at_us <= us) {
-            self.first = self.place(1);
-            self.count -= 1;
+        for _ in 1..self.len() {
+            if self.front().is_some_and(|piece| piece.end.at_us > us) {
+                break;
+            }
+            let _ = self.pieces.pop_front();
         }
     }
 
     /// Keeps the first `count` pieces.
     pub(crate) fn truncate(&mut self, count: usize) {
-        self.count = self.count.min(count);
+        self.pieces.truncate(count);
     }
 }
 

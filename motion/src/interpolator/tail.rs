@@ -2,6 +2,7 @@
 
 use super::segment::End;
 use crate::knot::AxisEnvelope;
+use crate::profile::AxisLimits;
 use crate::scalar::{larger, smaller, within};
 
 /// From the end of the path to rest, in path time.
@@ -22,14 +23,44 @@ pub(crate) struct Tail<const N: usize> {
     duration: f64,
 }
 
+/// What of an envelope a tail is made with, found once and not at every knot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TailLimits {
+    a: f64,
+    j: f64,
+    fade: f64,
+}
+
+impl TailLimits {
+    /// Nothing may move.
+    pub(crate) const NOWHERE: Self = Self {
+        a: 0.0,
+        j: 0.0,
+        fade: 0.0,
+    };
+
+    pub(crate) fn new(envelope: &AxisEnvelope) -> Self {
+        let AxisLimits { a, j, .. } = envelope.tail();
+        let fade = envelope.fade_s();
+        Self { a, j, fade }
+    }
+}
+
 impl<const N: usize> Tail<N> {
-    pub(crate) fn new(end: &End<N>, axes: &[AxisEnvelope; N]) -> Self {
+    /// At rest already.
+    pub(crate) const NONE: Self = Self {
+        t: 0.0,
+        fade: [0.0; N],
+        duration: 0.0,
+    };
+
+    pub(crate) fn new(end: &End<N>, axes: &[TailLimits; N]) -> Self {
         let (mut t, mut duration) = (0.0, 0.0);
         let mut fade = [0.0; N];
         let states = end.velocity.iter().zip(&end.acceleration);
         for ((own, axis), (v, a)) in fade.iter_mut().zip(axes).zip(states) {
-            let (v, a, limits) = (v.abs(), a.abs(), axis.tail());
-            *own = axis.fade_s();
+            let (v, a, limits) = (v.abs(), a.abs(), axis);
+            *own = axis.fade;
             if a > 0.0 {
                 duration = larger(duration, *own);
             }

@@ -101,6 +101,8 @@ impl Blend {
     ///
     /// # Errors
     /// [`BlendError`].
+    // a frame of its own: a path without corners does not need this much of the stack
+    #[inline(never)]
     pub fn between(
         first: &impl Curve,
         second: &impl Curve,

@@ -122,6 +122,11 @@ impl MovingSegment {
         }
     }
 
+    /// No points, as [`new`](Self::new).
+    pub fn clear(&mut self) {
+        *self = Self::new();
+    }
+
     /// The next point, in the base frame; the span that it completes, if any. Work: one window.
     ///
     /// # Errors
@@ -178,7 +183,7 @@ impl MovingSegment {
                 return span;
             }
         }
-        *self = Self::new();
+        self.clear();
         None
     }
 

@@ -50,10 +50,7 @@ const NOTHING_M: f64 = 1e-12;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path<const N: usize> {
-    /// A ring.
-    entries: [Option<Entry>; N],
-    first: usize,
-    count: usize,
+    entries: heapless::Deque<Entry, N>,
     /// The end of the last piece.
     end: f64,
     /// The entry last asked for, from the first.
@@ -89,12 +86,10 @@ impl<const N: usize> Default for Path<N> {
 impl<const N: usize> Path<N> {
     /// No pieces yet.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         const { assert!(N > 0, "a path holds at least one piece") }
         Self {
-            entries: [None; N],
-            first: 0,
-            count: 0,
+            entries: heapless::Deque::new(),
             end: 0.0,
             cursor: 0,
             shortest_blend: 0.0,
@@ -104,29 +99,34 @@ impl<const N: usize> Path<N> {
     /// The same, with corners left as they are, to stop in, where a blend would be shorter than this, m: for
     /// whoever samples the path and could not see it.
     #[must_use]
-    pub fn without_blends_below(self, shortest_blend: f64) -> Self {
-        Self {
-            shortest_blend,
-            ..self
-        }
+    pub const fn without_blends_below(mut self, shortest_blend: f64) -> Self {
+        self.shortest_blend = shortest_blend;
+        self
+    }
+
+    /// No pieces, as [`new`](Self::new), in the same place; the shortest blend stays as it was asked for.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.end = 0.0;
+        self.cursor = 0;
     }
 
     /// Pieces retained, blends included.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.count
+        self.entries.len()
     }
 
     /// Whether no piece is retained.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.count == 0
+        self.entries.is_empty()
     }
 
     /// Pieces that can still be pushed; a blended one takes two places.
     #[must_use]
     pub fn room(&self) -> usize {
-        N.saturating_sub(self.count)
+        N.saturating_sub(self.len())
     }
 
     /// The least s that is retained, m.
@@ -177,17 +177,23 @@ impl<const N: usize> Path<N> {
         piece: impl Into<Piece>,
         tolerance: &Tolerance,
     ) -> Result<Join, QueueError> {
-        let piece = piece.into();
+        self.append_blended(&piece.into(), tolerance)
+    }
+
+    // by reference, and in a frame of its own: the stack has one copy of a piece, whatever it was made of, and none
+    // of what a blend takes where there is none
+    #[inline(never)]
+    fn append_blended(&mut self, piece: &Piece, tolerance: &Tolerance) -> Result<Join, QueueError> {
         let Some(last) = self.last().copied() else {
-            return self.append(&piece);
+            return self.append(piece);
         };
         let (end, start) = (last.piece.at(last.to), piece.at(0.0));
         if Join::between(&end, &start).ok_or(QueueError::Gap)? == Join::Smooth {
-            return self.append(&piece);
+            return self.append(piece);
         }
-        let blend = Blend::between(&last.piece, &piece, tolerance).map_err(QueueError::Corner)?;
+        let blend = Blend::between(&last.piece, piece, tolerance).map_err(QueueError::Corner)?;
         if blend.curve().length() < self.shortest_blend {
-            return self.append(&piece);
+            return self.append(piece);
         }
         let to = last.to - blend.distance();
         let rest = to - last.from;
@@ -209,7 +215,7 @@ impl<const N: usize> Path<N> {
         };
         self.place_part(&curve.into(), 0.0, into.unwrap_or(Join::Stop));
         let out = Join::between(&curve.at(curve.length()), &piece.at(blend.distance()));
-        self.place_part(&piece, blend.distance(), out.unwrap_or(Join::Stop));
+        self.place_part(piece, blend.distance(), out.unwrap_or(Join::Stop));
         Ok(match (into, out) {
             (Some(Join::Smooth), Some(Join::Smooth)) => Join::Smooth,
             _ => Join::Stop,
@@ -251,8 +257,9 @@ impl<const N: usize> Path<N> {
     /// The middles of pieces shorter than `short` that reach into the way from `from` to `to`, all in m, at most
     /// eight: where a path bends that samples `short` apart would miss.
     pub fn short_between(&self, from: f64, to: f64, short: f64) -> impl Iterator<Item = f64> {
-        let found = (0..self.count)
-            .filter_map(|i| self.entry(i))
+        let found = self
+            .entries
+            .iter()
             .filter(move |entry| entry.end() > from && entry.start < to)
             .filter(move |entry| entry.end() - entry.start < short);
         found.map(|entry| 0.5 * (entry.start + entry.end())).take(8)
@@ -276,39 +283,27 @@ impl<const N: usize> Path<N> {
     /// Discard the pieces that end at s or before, but never the last one.
     pub fn discard_before(&mut self, s: f64) {
         for _ in 0..N {
-            if self.count < 2 || !self.entry(0).is_some_and(|entry| entry.end() <= s) {
+            if self.len() < 2 || !self.entry(0).is_some_and(|entry| entry.end() <= s) {
                 break;
             }
-            if let Some(place) = self.entries.get_mut(self.first) {
-                *place = None;
-            }
-            self.first = self.slot(1);
-            self.count = self.count.saturating_sub(1);
+            let _ = self.entries.pop_front();
             self.cursor = self.cursor.saturating_sub(1);
         }
     }
 
     fn stops(&self) -> impl Iterator<Item = f64> + '_ {
-        let inner = (1..self.count).filter_map(|i| self.entry(i));
+        let inner = self.entries.iter().skip(1);
         inner
             .filter(|entry| entry.join == Join::Stop)
             .map(|entry| entry.start)
     }
 
-    fn slot(&self, i: usize) -> usize {
-        self.first.saturating_add(i).checked_rem(N).unwrap_or(0)
-    }
-
     fn entry(&self, i: usize) -> Option<&Entry> {
-        if i < self.count {
-            self.entries.get(self.slot(i))?.as_ref()
-        } else {
-            None
-        }
+        self.entries.get(i)
     }
 
     fn last(&self) -> Option<&Entry> {
-        self.entry(self.count.checked_sub(1)?)
+        self.entries.back()
     }
 
     fn append(&mut self, piece: &Piece) -> Result<Join, QueueError> {
@@ -333,32 +328,23 @@ impl<const N: usize> Path<N> {
             start: self.end,
             join,
         };
-        let slot = self.slot(self.count);
-        if let Some(place) = self.entries.get_mut(slot) {
-            *place = Some(entry);
-            self.count = self.count.saturating_add(1);
-            self.end = entry.end();
+        let end = entry.end();
+        if self.entries.push_back(entry).is_ok() {
+            self.end = end;
         }
     }
 
     /// Let the last piece end earlier.
     fn shorten(&mut self, to: f64) {
-        if let Some(last) = self.count.checked_sub(1) {
-            let slot = self.slot(last);
-            if let Some(Some(entry)) = self.entries.get_mut(slot) {
-                entry.to = to;
-                self.end = entry.end();
-            }
+        if let Some(entry) = self.entries.back_mut() {
+            entry.to = to;
+            self.end = entry.end();
         }
     }
 
     fn remove_last(&mut self) {
-        if let Some(last) = self.count.checked_sub(1) {
-            let slot = self.slot(last);
-            if let Some(Some(entry)) = self.entries.get_mut(slot) {
-                self.end = entry.start;
-                self.count = last;
-            }
+        if let Some(entry) = self.entries.pop_back() {
+            self.end = entry.start;
         }
     }
 }

@@ -235,3 +235,33 @@ fn an_override_is_of_the_programmed_feed_and_not_of_what_limits_allow() {
         assert!((speed - expected).abs() < 1e-6, "{v} {share}: {speed}");
     }
 }
+
+#[test]
+fn a_feed_in_the_place_of_another_is_as_a_new_one() {
+    let mut random = Random(7);
+    let (first, second) = (Case::new(&mut random), Case::new(&mut random));
+    let steps = |feed: &mut Feed<3, 256, 64>, case: &Case| {
+        let mut source = Source::new();
+        let mut steps = Vec::new();
+        for _ in 0..100 {
+            source.supply(feed, &case.path, &case.course, 20);
+            steps.push(feed.step(1.0));
+        }
+        steps
+    };
+    let begin = |feed: &mut Feed<3, 256, 64>, case: &Case| {
+        let Course { grid, step_s, .. } = case.course;
+        feed.begin(&case.limits, grid, step_s).unwrap();
+    };
+    let mut place = Feed::nothing();
+    begin(&mut place, &first);
+    let of_first = steps(&mut place, &first);
+    // in the middle of the first path
+    begin(&mut place, &second);
+    let Course { grid, step_s, .. } = second.course;
+    let mut new = Feed::new(&second.limits, grid, step_s).unwrap();
+    let of_second = steps(&mut place, &second);
+    assert_eq!(of_second, steps(&mut new, &second));
+    assert_ne!(of_first, of_second);
+    assert!(of_second.iter().any(|step| step.end.v > 0.0));
+}

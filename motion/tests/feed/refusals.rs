@@ -176,3 +176,27 @@ fn an_override_that_is_not_a_number_is_a_hold() {
     }
     assert!(feed.step(7.0).end.v >= 0.0);
 }
+
+#[test]
+fn a_place_without_a_path_takes_no_samples_and_rests() {
+    let mut nothing = Small::nothing();
+    assert_eq!(nothing.push(&sample()), Err(PushError::Finished));
+    assert_eq!(nothing.end_piece(&sample(), 1.0), Err(PushError::Finished));
+    for share in [1.0, 0.0, -1.0, f64::NAN] {
+        let step = nothing.step(share);
+        assert!(step.status != Status::Moving, "{step:?}");
+        let rest = motion::profile::State::REST;
+        assert_eq!((step.end, step.phase.at(0.02)), (rest, rest));
+    }
+}
+
+#[test]
+fn a_refused_beginning_leaves_the_path_as_it_was() {
+    let mut feed = small();
+    feed.push(&sample()).unwrap();
+    let room = feed.room();
+    let begun = feed.begin(&joint_limits(0.0, 5.0, 100.0), 0.1, 0.02);
+    assert_eq!(begun, Err(FeedError::NotPositive));
+    assert_eq!(feed.room(), room);
+    assert_eq!(feed.end_piece(&sample(), 1.0), Ok(()));
+}

@@ -1,6 +1,6 @@
 //! Single behaviours of the interpolator, each as one story.
 use crate::observer::{Observer, STEP_US, envelope};
-use motion::interpolator::{PushError, QuickStop, StopCause};
+use motion::interpolator::{FeedPace, PushError, QuickStop, StopCause};
 use motion::knot::Quantity;
 use motion::profile::AxisLimits;
 use motion::{AxisEnvelope, Interpolator, Knot, Status};
@@ -272,4 +272,21 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
         assert!(edp.is_at_rest());
     }
     assert!(on > 0 && off > 0, "{on} {off}");
+}
+
+#[test]
+fn a_pace_serves_every_envelope_that_differs_in_position_only() {
+    let pace = FeedPace::new(&[envelope(5.0, HARD)]);
+    let new = Interpolator::<1, 4>::new([envelope(7.0, HARD)], [0.0]).unwrap();
+    let paced = Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [0.0], pace).unwrap();
+    assert_eq!(
+        new.hold_duration_s().to_bits(),
+        paced.hold_duration_s().to_bits()
+    );
+    assert_eq!(format!("{new:?}"), format!("{paced:?}"));
+    // and of no other
+    let faster = AxisLimits { j: 300.0, ..HARD };
+    assert_ne!(FeedPace::new(&[envelope(5.0, faster)]), pace);
+    let outside = Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [f64::NAN], pace);
+    assert!(outside.is_err());
 }

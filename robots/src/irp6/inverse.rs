@@ -63,7 +63,7 @@ pub(super) struct Branches {
 
 impl Branches {
     pub(super) fn iter(&self) -> impl Iterator<Item = [f64; 6]> {
-        self.joints.into_iter().take(self.count)
+        self.joints.iter().copied().take(self.count)
     }
 
     fn push(&mut self, joints: [f64; 6]) {

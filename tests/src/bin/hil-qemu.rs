@@ -205,7 +205,10 @@ fn real_time(setup: &Setup, task: Task) -> Result<(), String> {
 fn closed_loop(setup: &Setup, args: &Args) -> Result<Life, String> {
     let task = task(args)?;
     let mut record = digest::Record::default();
-    let (error, _) = job::run(task.clone(), &mut record);
+    // with the capacities of the board
+    let (error, _) = job::run_with(task.clone(), &mut record, &mut |boot| {
+        (boot.kind == KIND).then(|| in_process(boot).expect("it was made before").0)
+    });
     if let Some(error) = error {
         return Err(error.to_string());
     }

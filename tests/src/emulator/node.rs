@@ -1,10 +1,11 @@
 //! The emulated node in the place of one in this process.
 
 use super::machine::{Ending, Machine, Setup};
-use board::boot::Boot;
+use board::boot::{BoardNode, Boot};
 use board::channel::{self, LONGEST, Reply};
+use firmware::ecp::NoPrograms;
 use firmware::process::NodeProcess;
-use firmware::{ConfigError, DriveAddress, Node, Port, Received};
+use firmware::{ConfigError, DriveAddress, NodeSetup, Port, Received};
 use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState};
 use protocol::time::Micros;
@@ -15,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A node that has failed is never called again; a hundred years.
 const NEVER: Micros = Micros(3_000_000_000_000_000);
 
-/// The node of this boot in this process, and where its drives are.
+/// The board's node of this boot in this process, and where its drives are.
 ///
 /// # Errors
 /// What is wrong with the configuration.
@@ -35,7 +36,8 @@ pub fn in_process(
             let boot = self.0;
             let buses: [u8; N] = boot.buses.as_slice().try_into().expect("a bus an axis");
             let config = boot.station.config(buses)?;
-            let node = Node::new(boot.now, robot, config)?;
+            let setup = NodeSetup::new(robot, config)?;
+            let node = BoardNode::of(boot.now, setup, NoPrograms);
             Ok((Box::new(node), config.drives.to_vec()))
         }
     }

@@ -3,9 +3,10 @@
 
 use crate::bytes::{Reader, Writer};
 use core::marker::PhantomData;
+use firmware::capacity::PATH_SAMPLES_SMALL;
 use firmware::ecp::{NoPrograms, Programs};
 use firmware::process::drive_buses;
-use firmware::{ConfigError, Node, NodeProcess, Port, Received, Station};
+use firmware::{ConfigError, Node, NodeProcess, NodeSetup, Port, Received, Station};
 use protocol::frame::Frame;
 use protocol::message::{Identity, NodeState, ServoLaw};
 use protocol::time::Micros;
@@ -52,15 +53,18 @@ impl core::fmt::Display for BootError {
 
 impl core::error::Error for BootError {}
 
+/// The node of a board: one with a small memory.
+pub type BoardNode<R, const N: usize, P = NoPrograms> = Node<R, N, P, PATH_SAMPLES_SMALL>;
+
 /// Memory for one node, whatever its robot; it stays there for ever.
 pub trait Home {
     /// Make the node and keep it.
     ///
     /// # Errors
-    /// [`BootError`]
+    /// [`BootError::Occupied`]
     fn keep<T: NodeProcess + Send + 'static>(
         self,
-        make: impl FnOnce() -> Result<T, ConfigError>,
+        make: impl FnOnce() -> T,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError>;
 }
 
@@ -274,10 +278,11 @@ impl<H: Home, L: Linked> RobotVisitor for Make<'_, H, L> {
             ..
         } = self.boot;
         let buses = <[u8; N]>::try_from(buses.as_slice()).map_err(|_| BootError::Axes)?;
-        self.home.keep(|| {
-            let config = station.config(buses)?;
-            Node::with_programs(*now, robot, config, L::programs()).map(Quiet)
-        })
+        let config = station.config(buses).map_err(BootError::Config)?;
+        let setup = NodeSetup::new(robot, config).map_err(BootError::Config)?;
+        // all that can fail is done: the node is made where it stays
+        self.home
+            .keep(|| Quiet(BoardNode::of(*now, setup, L::programs())))
     }
 }
 
@@ -316,9 +321,9 @@ mod test {
     impl Home for Leaked {
         fn keep<T: NodeProcess + Send + 'static>(
             self,
-            make: impl FnOnce() -> Result<T, ConfigError>,
+            make: impl FnOnce() -> T,
         ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
-            Ok(Box::leak(Box::new(make().map_err(BootError::Config)?)))
+            Ok(Box::leak(Box::new(make())))
         }
     }
 

@@ -4,7 +4,7 @@ use board::boot::{BootError, Home};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
-use firmware::{ConfigError, NodeProcess};
+use firmware::NodeProcess;
 
 unsafe extern "C" {
     /// Nobody defines it. What is left out of an image is asked for its size too, but never calls this.
@@ -36,7 +36,7 @@ impl<const BYTES: usize> Place<BYTES> {
 impl<const BYTES: usize> Home for &'static Place<BYTES> {
     fn keep<T: NodeProcess + Send + 'static>(
         self,
-        make: impl FnOnce() -> Result<T, ConfigError>,
+        make: impl FnOnce() -> T,
     ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
         if size_of::<T>() > BYTES || align_of::<T>() > 8 {
             // SAFETY: no image that calls it can be linked, so it is never called
@@ -45,8 +45,8 @@ impl<const BYTES: usize> Home for &'static Place<BYTES> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return Err(BootError::Occupied);
         }
-        let node = make().map_err(BootError::Config)?;
         // SAFETY: size and alignment are checked above, and nobody else has seen `taken` change
-        Ok(unsafe { (*self.memory.get().cast::<MaybeUninit<T>>()).write(node) })
+        let place = unsafe { &mut *self.memory.get().cast::<MaybeUninit<T>>() };
+        Ok(place.write(make()))
     }
 }

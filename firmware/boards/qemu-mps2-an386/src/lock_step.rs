@@ -18,7 +18,7 @@ const FROM_IMAGE: &CStr = c"from-image";
 pub struct Channel {
     input: File,
     output: File,
-    buffer: [u8; LONGEST],
+    buffer: &'static mut [u8; LONGEST],
 }
 
 /// Why it went no further.
@@ -32,11 +32,11 @@ pub enum Ended {
 
 impl Channel {
     /// Open both files, in the folder in which the emulator runs.
-    pub fn open() -> Option<Self> {
+    pub fn open(buffer: &'static mut [u8; LONGEST]) -> Option<Self> {
         Some(Self {
             input: File::open(TO_IMAGE, nr::open::R_BINARY)?,
             output: File::open(FROM_IMAGE, nr::open::RW_BINARY)?,
-            buffer: [0; LONGEST],
+            buffer,
         })
     }
 
@@ -68,9 +68,9 @@ impl Channel {
         let made = boot.node_with::<programs::Linked>(home);
         let len = match &made {
             Ok(node) => {
-                channel::answer_booted(&Stepped::of(&**node, 0), &node.identity(), &mut self.buffer)
+                channel::answer_booted(&Stepped::of(&**node, 0), &node.identity(), self.buffer)
             }
-            Err(_) => channel::answer_none(&mut self.buffer),
+            Err(_) => channel::answer_none(self.buffer),
         };
         self.answer(len)?;
         Some((made.ok()?, boot))
@@ -94,7 +94,7 @@ impl Channel {
             Some(Request::End) => return Err(Ended::Done),
             Some(Request::Boot(_)) | None => return Err(Ended::Broken),
         };
-        let mut answering = Answering::new(&mut self.buffer).ok_or(Ended::Broken)?;
+        let mut answering = Answering::new(self.buffer).ok_or(Ended::Broken)?;
         mrroc_step_begins();
         node.step(now, received, &mut |port, frame| {
             answering.sent(port, frame)
@@ -102,7 +102,7 @@ impl Channel {
         mrroc_step_ends();
         let len = answering.finish();
         let stepped = Stepped::of(node, cycles);
-        let len = len.and_then(|len| channel::answer_stepped(&stepped, len, &mut self.buffer));
+        let len = len.and_then(|len| channel::answer_stepped(&stepped, len, self.buffer));
         self.answer(len).ok_or(Ended::Broken)?;
         Ok(stepped)
     }

@@ -12,7 +12,7 @@ mod lock_step;
 mod real_time;
 mod semihosting;
 
-use board::channel::MAX_FRAMES;
+use board::channel::{LONGEST, MAX_FRAMES};
 use board_cortex_m::place::Place;
 use board_cortex_m::{log, stack};
 use core::cell::Cell;
@@ -33,8 +33,10 @@ const CLOCK_HZ: u32 = 25_000_000;
 const TICK_US: u64 = 500;
 /// The same in clock cycles.
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
-/// Memory of the node: that of the largest, 7 axes.
-const NODE_BYTES: usize = 120 * 1024;
+/// Memory of the node: with six axes 53.4 kB, of 64 KiB; the 9.7 kB of rim are messages and the log.
+const NODE_BYTES: usize = if SEVEN_AXES { 64 * 1024 } else { 54 * 1024 };
+/// The robots on the track have seven.
+const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "irp6-track-gripper"));
 
 static PLACE: Place<NODE_BYTES> = Place::new();
 
@@ -60,7 +62,9 @@ static ENDED: Mutex<Cell<Option<Ended>>> = Mutex::new(Cell::new(None));
 
 #[entry]
 fn main() -> ! {
-    if let Some(servo) = start() {
+    // a message of the channel: what is handed over to the tick only points to it
+    static mut MESSAGE: [u8; LONGEST] = [0; LONGEST];
+    if let Some(servo) = start(MESSAGE) {
         critical_section::with(|cs| SERVO.borrow(cs).set(Some(servo)));
         if let Some(peripherals) = cortex_m::Peripherals::take() {
             stack::repaint();
@@ -73,8 +77,8 @@ fn main() -> ! {
 }
 
 /// In lock step if the host has made the files for it, else in real time.
-fn start() -> Option<Servo> {
-    let (node, rim, origin) = if let Some(mut channel) = Channel::open() {
+fn start(message: &'static mut [u8; LONGEST]) -> Option<Servo> {
+    let (node, rim, origin) = if let Some(mut channel) = Channel::open(message) {
         let (node, boot) = channel.boot(&PLACE)?;
         (node, Rim::LockStep(channel), boot.now)
     } else {

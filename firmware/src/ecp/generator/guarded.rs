@@ -39,6 +39,10 @@ where
         self.motion.first(x.narrow())
     }
 
+    fn first_in(&self, c: &mut G::Own, x: X<'_, S, Self::Args>) -> S::Command {
+        self.motion.first_in(c, x.narrow())
+    }
+
     fn next(&self, c: &mut G::Own, x: X<'_, S, Self::Args>) -> S::Command {
         self.motion.next(c, x.narrow())
     }

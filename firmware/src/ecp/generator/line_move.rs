@@ -18,9 +18,9 @@ pub enum Reference {
     Tool,
 }
 
-/// Move the tool along a straight line.
+/// Move the tool along a straight line, with a path of W samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineMove<R, const N: usize> {
+pub struct LineMove<R, const N: usize, const W: usize> {
     /// The arm.
     pub motion: ToolMotion<R, N>,
     /// Where to.
@@ -29,41 +29,40 @@ pub struct LineMove<R, const N: usize> {
     pub reference: Reference,
 }
 
-impl<R: Robot<N>, const N: usize> LineMove<R, N> {
-    fn begin(&self, from: Option<Joints<N>>) -> Result<ToolPath<N>, Refusal> {
+impl<R: Robot<N>, const N: usize, const W: usize> LineMove<R, N, W> {
+    fn begin(&self, path: &mut ToolPath<N, W>, from: Option<Joints<N>>) -> Result<(), Refusal> {
         let from = from.ok_or(Refusal::NotSynchronised)?;
-        let mut path = ToolPath::begin(&self.motion, &from)?;
+        path.begin(&self.motion, &from)?;
         let t_base_goal = match self.reference {
             Reference::Base => self.target,
             Reference::Tool => *path.last() * self.target,
         };
-        path.only_line(t_base_goal)?;
-        Ok(path)
-    }
-
-    fn demand(&self, path: &mut Result<ToolPath<N>, Refusal>) -> Demand<N> {
-        match path {
-            Ok(path) => path.step(&self.motion, 1.0),
-            Err(refusal) => Demand::Refuse(*refusal),
-        }
+        path.only_line(t_base_goal)
     }
 }
 
-impl<R: Robot<N>, const N: usize> Generator<EcpOf<N>> for LineMove<R, N> {
-    type Own = Result<ToolPath<N>, Refusal>;
+impl<R: Robot<N>, const N: usize, const W: usize> Generator<EcpOf<N>> for LineMove<R, N, W> {
+    type Own = ToolPath<N, W>;
     type Args = F<(), E, ()>;
 
     fn first(&self, x: X<'_, EcpOf<N>, Self::Args>) -> (Self::Own, Demand<N>) {
-        let mut path = self.begin(x.e().demanded_joints);
-        let y = self.demand(&mut path);
+        let mut path = ToolPath::new();
+        let y = self.first_in(&mut path, x);
         (path, y)
     }
 
+    fn first_in(&self, path: &mut Self::Own, x: X<'_, EcpOf<N>, Self::Args>) -> Demand<N> {
+        if let Err(refusal) = self.begin(path, x.e().demanded_joints) {
+            path.refuse_all(refusal);
+        }
+        path.step(&self.motion, 1.0)
+    }
+
     fn next(&self, path: &mut Self::Own, _: X<'_, EcpOf<N>, Self::Args>) -> Demand<N> {
-        self.demand(path)
+        path.step(&self.motion, 1.0)
     }
 
     fn terminal(&self, path: &Self::Own, _: X<'_, EcpOf<N>, Self::Args>) -> bool {
-        path.as_ref().map_or(true, ToolPath::done)
+        path.done()
     }
 }

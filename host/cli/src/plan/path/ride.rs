@@ -1,5 +1,6 @@
 //! A path as the robot's node runs it, step by step, without the node.
 
+use firmware::capacity::PATH_SAMPLES;
 use firmware::ecp::Demand;
 use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
 use firmware::ecp::tool_path::ToolPath;
@@ -109,7 +110,8 @@ impl Ride {
         motion: &ToolMotion<R, N>,
         from: &Joints<N>,
     ) -> Result<(), String> {
-        let mut path = ToolPath::begin(motion, from).map_err(|r| refusal_text(&r))?;
+        let mut path = ToolPath::<N, PATH_SAMPLES>::new();
+        path.begin(motion, from).map_err(|r| refusal_text(&r))?;
         let all = self.streamed.elements.clone();
         let mut elements = (0..).zip(all.iter());
         self.note(
