@@ -35,8 +35,8 @@ const TICK_US: u64 = 500;
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
 /// Memory of the node: with six axes 53.4 kB, of 64 KiB; the 9.7 kB of rim are messages and the log.
 const NODE_BYTES: usize = if SEVEN_AXES { 64 * 1024 } else { 54 * 1024 };
-/// The robots on the track have seven.
-const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "irp6-track-gripper"));
+/// Those that have seven.
+const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "polycrank"));
 
 static PLACE: Place<NODE_BYTES> = Place::new();
 
