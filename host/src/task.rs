@@ -454,24 +454,7 @@ fn read(document: &Document<'_>) -> Result<Task, DataError> {
         Some(value) => value.integer("a whole number from 0", |_| true)?,
         None => 0,
     };
-    let value = fields.required("cell")?;
-    let cell = if value.is_text() {
-        let path = document.resolve(value.text()?);
-        match Cell::load(&path, document.files) {
-            Ok(cell) => cell,
-            Err(LoadError::Data(error)) => return Err(error),
-            Err(LoadError::Input(error)) => {
-                return Err(value.error(
-                    Problem::Unreadable,
-                    "cannot read the cell",
-                    "a cell file",
-                    error.to_string(),
-                ));
-            }
-        }
-    } else {
-        cell::from_value(&value)?
-    };
+    let cell = cell::of_task(document, &fields.required("cell")?)?;
     let mut steps = Vec::new();
     let list = fields.required("step")?;
     for value in list.list()? {

@@ -25,7 +25,7 @@ const MASTER: u8 = 127;
 /// A database of the frames of one bus
 #[derive(Debug, Args)]
 pub(crate) struct Dbc {
-    /// The cell (.toml)
+    /// The cell, or a task and its cell (.toml)
     cell: PathBuf,
     /// The bus; none is needed where there is one for drives only
     #[arg(long, value_name = "NAME")]
@@ -41,7 +41,8 @@ impl Dbc {
     /// # Errors
     /// The cell cannot be read, has no such bus, or the database cannot be written.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), End> {
-        let cell = Cell::load(&self.cell, &Files::on_disk()).map_err(host::error::Error::from)?;
+        let cell =
+            Cell::load_any(&self.cell, &Files::on_disk()).map_err(host::error::Error::from)?;
         let text = database(&cell, self.bus.as_deref())?;
         written(self.output, out, &text)
     }

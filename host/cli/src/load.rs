@@ -35,7 +35,7 @@ enum Command {
 
 #[derive(Args, Debug)]
 struct Load {
-    /// A cell (.toml).
+    /// A cell, or a task and its cell (.toml).
     file: PathBuf,
     /// Arithmetic only: run nothing.
     #[arg(long)]
@@ -49,7 +49,7 @@ impl Bus {
     /// Carries it out; the exit code: [`exit::OK`] if every bus has room for its traffic.
     pub(crate) fn run(&self, out: &mut impl Write) -> Result<u8, Error> {
         let Command::Load(load) = &self.command;
-        let cell = Cell::load(&load.file, &Files::on_disk()).map_err(|error| match error {
+        let cell = Cell::load_any(&load.file, &Files::on_disk()).map_err(|error| match error {
             LoadError::Input(error) => Error::from(error),
             LoadError::Data(error) => Error::from(error),
         })?;

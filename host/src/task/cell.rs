@@ -170,6 +170,20 @@ impl Cell {
         Document::load(path, files, read)
     }
 
+    /// Reads the cell of a cell file or of a task.
+    ///
+    /// # Errors
+    /// The file cannot be read or is neither.
+    pub fn load_any(path: &Path, files: &Files) -> Result<Self, LoadError> {
+        Document::load(path, files, |document| {
+            let table = document.parse()?;
+            match table.get_ref().get("step") {
+                Some(_) => super::read(document).map(|task| task.cell),
+                None => read(document),
+            }
+        })
+    }
+
     /// Reads a cell from text.
     ///
     /// # Errors
@@ -215,9 +229,21 @@ fn read(document: &Document<'_>) -> Result<Cell, DataError> {
     from_fields(&fields)
 }
 
-/// Reads `cell = { … }` of a task.
-pub(super) fn from_value(value: &Value<'_, '_>) -> Result<Cell, DataError> {
-    from_fields(&value.fields("a cell", &KEYS)?)
+/// Reads `cell = "FILE"` or `cell = { … }` of a task.
+pub(super) fn of_task(document: &Document<'_>, value: &Value<'_, '_>) -> Result<Cell, DataError> {
+    if !value.is_text() {
+        return from_fields(&value.fields("a cell", &KEYS)?);
+    }
+    let path = document.resolve(value.text()?);
+    Cell::load(&path, document.files).map_err(|error| match error {
+        LoadError::Data(error) => error,
+        LoadError::Input(error) => value.error(
+            Problem::Unreadable,
+            "cannot read the cell",
+            "a cell file",
+            error.to_string(),
+        ),
+    })
 }
 
 fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {

@@ -439,7 +439,11 @@ fn files_are_found_beside_the_task_and_judged() {
     );
     let text = "title = \"t\"\ncell = \"cell.toml\"\n[[step]]\ntrj = { irp6-postument = \"b.trj\", irp6-track = \"a.trj\" }\n";
     let path = write("task.toml", text);
+    let cell = Cell::load_any(&path, &Files::on_disk()).unwrap();
+    let own = Cell::load_any(&folder.join("cell.toml"), &Files::on_disk()).unwrap();
+    assert_eq!(cell, own);
     let task = Task::load(&path, &Files::on_disk()).unwrap();
+    assert_eq!(task.cell, cell);
     let Action::Replay { replays, .. } = &task.steps[0].action else {
         panic!("not a replay");
     };
