@@ -10,14 +10,11 @@ pub enum Hears<'a> {
     All,
     /// Those of 29 bits: MP and nodes.
     Extended,
-    /// Those of 11 bits whose last seven are one of these, a `CANopen` node id or 0 for all nodes; and
-    /// maybe those of 29 bits.
-    Canopen {
-        /// The node ids; at most [`MAX_IDS`].
-        ids: &'a [u8],
-        /// Those of 29 bits, too.
-        extended: bool,
-    },
+    /// Those of 11 bits: drives, whose node ids may change (CiA 305).
+    Standard,
+    /// Those of 29 bits, and those of 11 bits whose last seven are one of these, a `CANopen` node id or 0
+    /// for all nodes; at most [`MAX_IDS`].
+    Node(&'a [u8]),
 }
 
 /// Node ids that can be listened to at once; with more, everything is heard.

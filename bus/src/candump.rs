@@ -21,8 +21,8 @@ use std::io::{self, BufRead, Write};
 /// The longest line, bytes: a CAN FD frame of 64 bytes needs less than 200.
 pub const MAX_LINE: usize = 256;
 
-/// The longest channel name, bytes.
-pub const MAX_CHANNEL: usize = 16;
+/// The longest channel name, bytes: that of an interface in Linux. `canplayer` refuses a log with a longer one.
+pub const MAX_CHANNEL: usize = 15;
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -166,12 +166,13 @@ fn filters(hears: Hears<'_>) -> Option<Vec<CanFilter>> {
     let extended = CanFilter::new(EXTENDED, EXTENDED);
     match hears {
         Hears::All => None,
-        Hears::Canopen { ids, .. } if ids.len() > MAX_IDS => None,
+        Hears::Node(ids) if ids.len() > MAX_IDS => None,
         Hears::Extended => Some(vec![extended]),
-        Hears::Canopen { ids, extended: too } => {
+        Hears::Standard => Some(vec![CanFilter::new(0, EXTENDED)]),
+        Hears::Node(ids) => {
             let of = |id: &u8| CanFilter::new(u32::from(*id & 0x7F), EXTENDED | 0x7F);
             let of_ids = ids.iter().map(of);
-            Some(of_ids.chain(too.then_some(extended)).collect())
+            Some(of_ids.chain([extended]).collect())
         }
     }
 }

@@ -105,20 +105,16 @@ fn buses(kind: RobotKind) -> u8 {
     drive_buses(kind).iter().max().map_or(0, |last| last + 1)
 }
 
-/// Where the drives of a robot are, what else they listen to, and its servo step, µs.
+/// Where the drives of a robot are, and its servo step, µs.
 struct Wiring<'a>(&'a Station);
 
 impl RobotVisitor for Wiring<'_> {
-    type Output = Result<(Vec<DriveAddress>, Vec<u8>, u32), firmware::ConfigError>;
+    type Output = Result<(Vec<DriveAddress>, u32), firmware::ConfigError>;
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
         let config = self.0.config(robot.description().drive_buses())?;
-        let sync = config.sync_cob.to_le_bytes()[0] & 0x7F;
-        let ids = config.drives.iter().map(|drive| drive.id.get());
-        // NMT commands are for node 0
-        let ids = ids.chain([0, sync, config.master.get()]).collect();
         let step_us = robot.description().servo_step_us;
-        Ok((config.drives.to_vec(), ids, step_us))
+        Ok((config.drives.to_vec(), step_us))
     }
 }
 
@@ -144,7 +140,7 @@ fn build(
         )
     };
     let config = |error: firmware::ConfigError| wrong(&error);
-    let (drives, ids, step_us) = kind
+    let (drives, step_us) = kind
         .visit(station.track, Wiring(&station))
         .map_err(config)?;
     let period = Micros(u64::from(step_us));
@@ -167,9 +163,7 @@ fn build(
             )
         }
         (Place::Can { interface }, _) => {
-            let (ids, extended) = (&ids[..], false);
-            let hears = Hears::Canopen { ids, extended };
-            let (can, _) = open_can(interface, hears).map_err(unavailable)?;
+            let (can, _) = open_can(interface, Hears::Standard).map_err(unavailable)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
         }
         (Place::Slcan(adapter), _) => {

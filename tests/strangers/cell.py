@@ -19,6 +19,10 @@ import can
 BIN = pathlib.Path(os.environ.get("MRROC_BIN", "target/debug"))
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
+# What a candump log calls the second bus of a run whose name is longer than that of a Linux interface, 15 letters:
+# irp6-postument.0 is.
+LOG_CHANNEL = "bus1"
+
 # Drive units of the IRp-6: 1000 per increment of 4000 a turn.
 UNITS_PER_TURN = 4_000_000
 

@@ -8,7 +8,7 @@ import unittest
 import can
 import cantools
 
-from cell import end, in_real_time, joined, simulator, start, tool
+from cell import LOG_CHANNEL, end, in_real_time, joined, simulator, start, tool
 
 ROBOT = "irp6-postument"
 CELL = f'[[robot]]\nkind = "{ROBOT}"\n'
@@ -40,7 +40,7 @@ class Log(unittest.TestCase):
         seen, positions = {}, []
         with can.CanutilsLogReader(str(log)) as frames:
             for frame in frames:
-                if frame.channel != f"{ROBOT}.0":
+                if frame.channel != LOG_CHANNEL:
                     continue
                 if 0x580 <= frame.arbitration_id <= 0x67F:
                     # service data has no fixed signals

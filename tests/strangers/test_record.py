@@ -9,7 +9,7 @@ import unittest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from cell import tool
+from cell import LOG_CHANNEL, tool
 
 ROBOT = "irp6-postument"
 MOVE = ["move", ROBOT, "--joints", "0.2,-1.5,0.1,0.1,0.2,0.3"]
@@ -50,7 +50,7 @@ class Record(unittest.TestCase):
             self.assertFalse(frame.extended or frame.fd)
             lines.append(f"{frame.id:03X}#{bytes(frame.data).hex().upper()}")
         logged = [line.split() for line in self.log.read_text().splitlines()]
-        self.assertEqual(lines, [line[2] for line in logged if line[1] == f"{ROBOT}.0"])
+        self.assertEqual(lines, [line[2] for line in logged if line[1] == LOG_CHANNEL])
 
     def test_its_joints_arrive_where_they_were_sent(self):
         last = None

@@ -8,7 +8,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Where the tests are, from the root.
-const TESTS: &str = "tests/strangers";
+pub(crate) const TESTS: &str = "tests/strangers";
+
+/// Those of them that need a SocketCAN, as `unittest` names them in their folder.
+#[cfg(target_os = "linux")]
+pub(crate) const ON_VCAN: &str = "test_drive.DriveOnVcan";
+
+/// Names the folder of the programs to the tests.
+pub(crate) const PROGRAMS_IN: &str = "MRROC_BIN";
+
+/// The tests leave nothing beside themselves.
+pub(crate) const NO_BYTECODE: &str = "PYTHONDONTWRITEBYTECODE";
 
 /// What they run, built as the other tests are.
 const PROGRAMS: &[&[&str]] = &[
@@ -27,14 +37,27 @@ const PROGRAMS: &[&[&str]] = &[
 /// Without Python it is a failure, if this is in the environment.
 const REQUIRED: &str = "MRROC_STRANGERS";
 
-/// Builds the programs, installs the tools as `requirements.txt` pins them, runs the tests. Without Python
-/// it says so, and that is a failure only where it is required: nothing of ours needs it.
+/// What is missing where there are no [`tools`].
+pub(crate) const NO_PYTHON: &str = "there is no python3 with the modules venv and ensurepip";
+
+/// Says why the tests do not run. That is a failure only where they must: nothing of ours needs them.
+pub(crate) fn not_run(obstacle: &str) -> Findings {
+    let told = format!("strangers not run: {obstacle}");
+    eprintln!("{told}");
+    let required = std::env::var_os(REQUIRED).is_some();
+    required.then_some(told).into_iter().collect()
+}
+
+/// The Python of an environment with the tools as `requirements.txt` pins them; none without Python.
+pub(crate) fn tools() -> Result<Option<PathBuf>> {
+    let environment = python().map(environment).transpose()?;
+    Ok(environment.as_deref().map(program))
+}
+
+/// Installs the tools, builds the programs, runs the tests.
 pub(crate) fn check() -> Result<Findings> {
-    let Some(python) = python() else {
-        let obstacle = "not run: there is no python3 with the modules venv and ensurepip";
-        eprintln!("{obstacle}");
-        let required = std::env::var_os(REQUIRED).is_some();
-        return Ok(required.then(|| obstacle.to_owned()).into_iter().collect());
+    let Some(python) = tools()? else {
+        return Ok(not_run(NO_PYTHON));
     };
     let mut findings = vec![];
     for arguments in PROGRAMS {
@@ -43,13 +66,12 @@ pub(crate) fn check() -> Result<Findings> {
     if !findings.is_empty() {
         return Ok(findings);
     }
-    let environment = environment(python)?;
-    let mut tests = Command::new(program(&environment));
+    let mut tests = Command::new(python);
     tests
         .current_dir(root())
         .args(["-m", "unittest", "discover", "--start-directory", TESTS])
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("MRROC_BIN", programs());
+        .env(NO_BYTECODE, "1")
+        .env(PROGRAMS_IN, programs());
     let status = tests.status().context("cannot start the tests")?;
     if !status.success() {
         findings.push(format!("{TESTS}: {status}"));

@@ -48,7 +48,7 @@ fn what_is_no_line() {
         ("(-1.000000) can0 123#", "time"),
         ("(+1.000000) can0 123#", "time"),
         ("(99999999999999999999.000000) can0 123#", "time"),
-        ("(1.000000) seventeen-letters 123#", "channel"),
+        ("(1.000000) sixteen-letters1 123#", "channel"),
         ("(1.000000) can0 800#", "identifier"),
         ("(1.000000) can0 12#", "identifier"),
         ("(1.000000) can0 +23#", "identifier"),

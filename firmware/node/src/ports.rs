@@ -126,11 +126,7 @@ pub(crate) fn open(
             })
         }
         Place::Can { interface } => {
-            let hears = Hears::Canopen {
-                ids: drives,
-                extended: true,
-            };
-            let (bus, mtu) = open_can(interface, hears).map_err(unavailable)?;
+            let (bus, mtu) = open_can(interface, Hears::Node(drives)).map_err(unavailable)?;
             Ok(one_wire(bus, mtu))
         }
         Place::Slcan(adapter) => {

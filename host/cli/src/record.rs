@@ -155,12 +155,21 @@ mod test {
     fn channels_fit_a_log() {
         let names = [
             "mp",
+            "conveyor.0",
+            "fifteen-letters",
             "irp6-postument.0",
-            "a-name-of-18-bytes",
             "two words",
             "",
         ];
         let channels = channels(names.map(String::from).to_vec());
-        assert_eq!(channels, ["mp", "irp6-postument.0", "bus2", "bus3", "bus4"]);
+        let written = [
+            "mp",
+            "conveyor.0",
+            "fifteen-letters",
+            "bus3",
+            "bus4",
+            "bus5",
+        ];
+        assert_eq!(channels, written);
     }
 }

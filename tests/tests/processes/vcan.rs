@@ -4,6 +4,10 @@
 //! `cargo xtask vcan` runs it, on this kernel or on one of its own. Elsewhere a test says that it is
 //! skipped. What is asserted is the protocol and that nothing is lost; how long things take is told.
 
+// of this module, so that its tests are in the suite
+#[path = "can_utils.rs"]
+mod can_utils;
+
 use super::child::{PATIENCE, Process};
 use super::coordinator::Coordinator;
 use super::witness::Witness;

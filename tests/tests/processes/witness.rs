@@ -73,12 +73,17 @@ impl Witness {
         }
     }
 
-    /// What it has written until now. The last line may not be whole.
+    /// What it has written until now, without a last line that is not whole.
+    pub(crate) fn text(&self) -> String {
+        let mut text = std::fs::read_to_string(&self.file).unwrap();
+        text.truncate(text.rfind('\n').map_or(0, |end| end + 1));
+        text
+    }
+
+    /// The same, understood.
     pub(crate) fn read(&self) -> Vec<Entry> {
-        let text = std::fs::read_to_string(&self.file).unwrap();
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let lines = text.get(..whole).unwrap_or_default().lines();
-        lines
+        let text = self.text();
+        text.lines()
             .map(|line| parse(line).unwrap_or_else(|error| panic!("{line}: {error}")))
             .collect()
     }
