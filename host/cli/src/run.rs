@@ -63,9 +63,6 @@ pub(crate) struct Finished {
     pub(crate) exit_code: u8,
 }
 
-/// The Master Process' number on its bus.
-pub(crate) const MASTER: NodeId = NodeId::MP;
-
 /// The MP's step: one macrostep of 20 ms under tight coordination, and simply always.
 const MACROSTEP: Micros = Micros::from_millis(20);
 

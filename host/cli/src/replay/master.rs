@@ -1,11 +1,10 @@
 //! The Master Process once more, given the frames that others sent it.
 
 use super::comparison::Comparison;
-use crate::run::MASTER;
 use host::program::Run;
 use host::record::MasterStep;
 use protocol::frame::Frame;
-use protocol::id::CanId;
+use protocol::id::{CanId, NodeId};
 use protocol::message::StopKind;
 use protocol::time::Micros;
 use std::collections::VecDeque;
@@ -38,7 +37,7 @@ impl MasterReplay {
         if bus != BUS {
             return;
         }
-        if CanId::parse(frame.id()).is_some_and(|id| id.source == MASTER) {
+        if CanId::parse(frame.id()).is_some_and(|id| id.source == NodeId::MP) {
             self.comparison.recorded(at_ns, bus, frame);
         } else {
             self.heard.push_back((Micros(at_ns / 1000), *frame));
