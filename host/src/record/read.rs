@@ -74,7 +74,7 @@ impl<R: Read> Reader<R> {
     /// It is none.
     pub fn open(source: R) -> Result<Self, RecordError> {
         let options = LinearReaderOptions::default()
-            .with_validate_chunk_crcs(true)
+            .with_prevalidate_chunk_crcs(true)
             .with_record_length_limit(MOST_BYTES);
         let mut record = Self {
             source,

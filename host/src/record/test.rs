@@ -75,6 +75,20 @@ fn a_record_that_was_cut_off_is_read_as_far_as_it_goes() {
 }
 
 #[test]
+fn a_record_with_one_wrong_bit_is_an_error_or_another_record() {
+    let bytes = written(&events());
+    for at in 0..bytes.len() {
+        for bit in 0..8 {
+            let mut bytes = bytes.clone();
+            bytes[at] ^= 1 << bit;
+            if let Err(RecordError::Mcap(error)) = read(&bytes) {
+                assert!(!matches!(error, McapError::Io(_)), "byte {at}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
 fn other_files_are_told_apart() {
     for bytes in [&b""[..], b"(0.000051) mp 00B#01FF\n"] {
         let error = read(bytes).unwrap_err();
@@ -123,15 +137,5 @@ proptest! {
     fn nonsense_is_no_frame_and_no_step(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
         prop_assert_eq!(cdr::to_frame(&bytes), None);
         prop_assert_eq!(cdr::to_step(&bytes), None);
-    }
-
-    #[test]
-    fn a_damaged_record_is_an_error_or_another_record(at in any::<prop::sample::Index>(), bit in 0_u32..8) {
-        let mut bytes = written(&events());
-        let at = at.index(bytes.len());
-        bytes[at] ^= 1 << bit;
-        if let Err(RecordError::Mcap(error)) = read(&bytes) {
-            prop_assert!(!matches!(error, McapError::Io(_)), "{error}");
-        }
     }
 }
