@@ -572,3 +572,19 @@ pub struct TimeSync {
 }
 
 // schema: end
+
+impl NodeState {
+    /// All of them, in the order of the wire: the number of each is its place.
+    pub const ALL: [Self; 10] = [
+        Self::Boot,
+        Self::Configuring,
+        Self::Disabled,
+        Self::Enabling,
+        Self::Unsynchronised,
+        Self::Synchronising,
+        Self::Holding,
+        Self::Moving,
+        Self::Stopping,
+        Self::Faulted,
+    ];
+}

@@ -423,26 +423,12 @@ impl<M: Memory> BlackBox<M> {
 /// In the place of an axis: no axis is at fault.
 const NO_AXIS: u8 = 255;
 
-/// In the order of the wire.
-const STATES: [NodeState; 10] = [
-    NodeState::Boot,
-    NodeState::Configuring,
-    NodeState::Disabled,
-    NodeState::Enabling,
-    NodeState::Unsynchronised,
-    NodeState::Synchronising,
-    NodeState::Holding,
-    NodeState::Moving,
-    NodeState::Stopping,
-    NodeState::Faulted,
-];
-
 const fn state_number(state: NodeState) -> u8 {
     state as u8
 }
 
 fn state_of(number: u8) -> Option<NodeState> {
-    STATES.get(usize::from(number)).copied()
+    NodeState::ALL.get(usize::from(number)).copied()
 }
 
 #[cfg(test)]

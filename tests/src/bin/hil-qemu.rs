@@ -83,14 +83,7 @@ fn run(args: &Args) -> Result<(), String> {
         return real_time(&setup, task(args)?);
     }
     let made_of = Image::read(&setup.image)?;
-    let forbidden = made_of.forbidden();
-    if !forbidden.is_empty() {
-        return Err(format!("the image contains {}", forbidden.join(", ")));
-    }
-    println!("no panic, no heap: {} symbols", made_of.symbols.len());
-    for (size, name) in made_of.frames.iter().take(5) {
-        println!("frame of {size} bytes: {name}");
-    }
+    made_of.examine()?;
     compare_traces(&setup, args.traces)?;
     let life = closed_loop(&setup, args)?;
     let mut figures = vec![
@@ -114,23 +107,7 @@ fn run(args: &Args) -> Result<(), String> {
         figures.extend(of_law);
     }
     figures.extend(cost::interpolation(KIND, &setup.image, &args.plugin)?);
-    let text = std::fs::read_to_string(&args.golden).unwrap_or_default();
-    let accepted = golden::read(&text);
-    print!("{}", golden::table(&figures, &accepted));
-    if args.bless {
-        return golden::bless(&figures, &made_of.compiler, &args.golden)
-            .map_err(|error| error.to_string());
-    }
-    let outside = golden::outside(&figures, &accepted);
-    if outside.is_empty() {
-        return Ok(());
-    }
-    Err(format!(
-        "{} (made by {}, accepted of {}; --bless accepts what is meant)",
-        outside.join("; "),
-        made_of.compiler,
-        golden::compiler(&text).unwrap_or("nobody")
-    ))
+    golden::judge(&figures, &made_of.compiler, &args.golden, args.bless)
 }
 
 /// `stack: 123 of 456 bytes used`

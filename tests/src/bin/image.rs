@@ -40,14 +40,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<(), String> {
     let image = Image::read(&args.image)?;
-    let forbidden = image.forbidden();
-    if !forbidden.is_empty() {
-        return Err(format!("the image contains {}", forbidden.join(", ")));
-    }
-    println!("no panic, no heap: {} symbols", image.symbols.len());
-    for (size, name) in image.frames.iter().take(5) {
-        println!("frame of {size} bytes: {name}");
-    }
+    image.examine()?;
     let mut figures = vec![
         Figure::new("flash_bytes", image.flash, 3).at_most(args.flash),
         Figure::new("ram_bytes_without_stack", image.ram, 0)
@@ -57,21 +50,5 @@ fn run(args: &Args) -> Result<(), String> {
         let left = args.ram.saturating_sub(image.ram);
         figures.push(Figure::new("largest_frame_bytes", *largest, 10).at_most(left));
     }
-    let text = std::fs::read_to_string(&args.golden).unwrap_or_default();
-    let accepted = golden::read(&text);
-    print!("{}", golden::table(&figures, &accepted));
-    if args.bless {
-        return golden::bless(&figures, &image.compiler, &args.golden)
-            .map_err(|error| error.to_string());
-    }
-    let outside = golden::outside(&figures, &accepted);
-    if outside.is_empty() {
-        return Ok(());
-    }
-    Err(format!(
-        "{} (made by {}, accepted of {}; --bless accepts what is meant)",
-        outside.join("; "),
-        image.compiler,
-        golden::compiler(&text).unwrap_or("nobody")
-    ))
+    golden::judge(&figures, &image.compiler, &args.golden, args.bless)
 }

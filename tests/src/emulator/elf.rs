@@ -5,6 +5,8 @@ use std::path::Path;
 
 /// RAM begins here on every Cortex-M.
 const RAM: u64 = 0x2000_0000;
+/// So many of the largest stack frames are shown.
+const SHOWN_FRAMES: usize = 5;
 /// The lowest bit of a function's address says that its code is Thumb.
 const THUMB: u64 = 1;
 
@@ -87,6 +89,22 @@ impl Image {
             .iter()
             .find(|(symbol, _)| symbol == name)
             .map(|(_, address)| *address)
+    }
+
+    /// Says what the image is made of: its symbols and its largest stack frames.
+    ///
+    /// # Errors
+    /// It contains a panic or a heap.
+    pub fn examine(&self) -> Result<(), String> {
+        let forbidden = self.forbidden();
+        if !forbidden.is_empty() {
+            return Err(format!("the image contains {}", forbidden.join(", ")));
+        }
+        println!("no panic, no heap: {} symbols", self.symbols.len());
+        for (size, name) in self.frames.iter().take(SHOWN_FRAMES) {
+            println!("frame of {size} bytes: {name}");
+        }
+        Ok(())
     }
 
     /// Symbols that no image may contain.

@@ -36,9 +36,31 @@ impl Figure {
     }
 }
 
+/// Prints the figures beside those of a file that were accepted, and compares, or accepts them.
+///
+/// # Errors
+/// Which are outside their bands, or why the file cannot be written.
+pub fn judge(figures: &[Figure], compiler: &str, file: &Path, accept: bool) -> Result<(), String> {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let accepted = read(&text);
+    print!("{}", table(figures, &accepted));
+    if accept {
+        return bless(figures, compiler, file).map_err(|error| error.to_string());
+    }
+    let outside = outside(figures, &accepted);
+    if outside.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "{} (made by {compiler}, accepted of {}; --bless accepts what is meant)",
+        outside.join("; "),
+        self::compiler(&text).unwrap_or("nobody")
+    ))
+}
+
 /// The figures as a table, with what was accepted and whether the target is met.
 #[must_use]
-pub fn table(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> String {
+fn table(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> String {
     let mut out = String::new();
     for figure in figures {
         let was = accepted
@@ -64,7 +86,7 @@ pub fn table(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> String {
 
 /// What a golden file says: a name and a number a line, below the compiler.
 #[must_use]
-pub fn read(text: &str) -> BTreeMap<String, u64> {
+fn read(text: &str) -> BTreeMap<String, u64> {
     text.lines()
         .filter_map(|line| line.split_once(' '))
         .filter_map(|(name, value)| Some((name.to_owned(), value.trim().parse().ok()?)))
@@ -73,13 +95,13 @@ pub fn read(text: &str) -> BTreeMap<String, u64> {
 
 /// The compiler whose figures a golden file has.
 #[must_use]
-pub fn compiler(text: &str) -> Option<&str> {
+fn compiler(text: &str) -> Option<&str> {
     text.lines().find_map(|line| line.strip_prefix("# "))
 }
 
 /// Those that left their band, and those that nobody accepted.
 #[must_use]
-pub fn outside(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> Vec<String> {
+fn outside(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> Vec<String> {
     let mut out: Vec<String> = figures
         .iter()
         .filter_map(|figure| match accepted.get(&figure.name) {
@@ -109,7 +131,7 @@ pub fn outside(figures: &[Figure], accepted: &BTreeMap<String, u64>) -> Vec<Stri
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn bless(figures: &[Figure], compiler: &str, path: &Path) -> std::io::Result<()> {
+fn bless(figures: &[Figure], compiler: &str, path: &Path) -> std::io::Result<()> {
     let mut text = format!("# {compiler}\n");
     for figure in figures {
         let _ = writeln!(text, "{} {}", figure.name, figure.value);

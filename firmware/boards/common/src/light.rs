@@ -89,19 +89,6 @@ impl Pattern {
 mod test {
     use super::*;
 
-    const STATES: [NodeState; 10] = [
-        NodeState::Boot,
-        NodeState::Configuring,
-        NodeState::Disabled,
-        NodeState::Enabling,
-        NodeState::Unsynchronised,
-        NodeState::Synchronising,
-        NodeState::Holding,
-        NodeState::Moving,
-        NodeState::Stopping,
-        NodeState::Faulted,
-    ];
-
     fn all() -> Vec<Light> {
         let others = [
             Light::NoNode,
@@ -110,7 +97,10 @@ mod test {
             Light::Pressed,
             Light::AwaitingReset,
         ];
-        others.into_iter().chain(STATES.map(Light::Node)).collect()
+        others
+            .into_iter()
+            .chain(NodeState::ALL.map(Light::Node))
+            .collect()
     }
 
     use std::vec::Vec;

@@ -127,7 +127,7 @@ impl Record {
             resets,
             watchdog,
             cause: ResetCause::ALL.into_iter().find(|c| *c as u8 == cause)?,
-            state: STATES.into_iter().find(|s| *s as u8 == state)?,
+            state: NodeState::ALL.into_iter().find(|s| *s as u8 == state)?,
             missing: if u32::from(missing) == NONE {
                 None
             } else {
@@ -136,19 +136,6 @@ impl Record {
         })
     }
 }
-
-const STATES: [NodeState; 10] = [
-    NodeState::Boot,
-    NodeState::Configuring,
-    NodeState::Disabled,
-    NodeState::Enabling,
-    NodeState::Unsynchronised,
-    NodeState::Synchronising,
-    NodeState::Holding,
-    NodeState::Moving,
-    NodeState::Stopping,
-    NodeState::Faulted,
-];
 
 /// CRC-32 of the words.
 fn proof(words: [u32; 4]) -> u32 {
@@ -222,7 +209,7 @@ mod test {
             let record = Record {
                 resets, watchdog,
                 cause: ResetCause::ALL[cause],
-                state: STATES[state],
+                state: NodeState::ALL[state],
                 missing: Token::ALL.get(missing).copied(),
             };
             let mut words = record.write();

@@ -218,7 +218,7 @@ fn a_record_of_another_robot_or_a_short_memory_is_none() {
 
 #[test]
 fn the_states_are_in_the_order_of_the_wire() {
-    for (number, state) in STATES.into_iter().enumerate() {
+    for (number, state) in NodeState::ALL.into_iter().enumerate() {
         assert_eq!(usize::from(state_number(state)), number);
         let sent = protocol::codec::encode(
             &protocol::maintenance::MaintenanceReply::Refused(
