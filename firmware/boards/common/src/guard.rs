@@ -129,10 +129,8 @@ impl<I: InputPin, O: OutputPin> Panel<I, O> {
 #[cfg(test)]
 mod test {
     use super::*;
+    use crate::wire::Pin;
     use core::cell::Cell;
-    use core::convert::Infallible;
-    use embedded_hal::digital::ErrorType;
-    use std::rc::Rc;
 
     const DELAYS: Delays = Delays {
         opens_after: 10_000,
@@ -275,36 +273,11 @@ mod test {
         assert_eq!(is.outputs, Outputs::default());
     }
 
-    /// A wire that may be cut off.
-    #[derive(Clone)]
-    struct Pin(Rc<Cell<bool>>);
-
-    impl ErrorType for Pin {
-        type Error = Infallible;
-    }
-    impl InputPin for Pin {
-        fn is_high(&mut self) -> Result<bool, Infallible> {
-            Ok(self.0.get())
-        }
-        fn is_low(&mut self) -> Result<bool, Infallible> {
-            Ok(!self.0.get())
-        }
-    }
-    impl OutputPin for Pin {
-        fn set_high(&mut self) -> Result<(), Infallible> {
-            self.0.set(true);
-            Ok(())
-        }
-        fn set_low(&mut self) -> Result<(), Infallible> {
-            self.0.set(false);
-            Ok(())
-        }
-    }
-
     #[test]
     fn each_pin_is_the_one_it_is_named() {
-        let pins: [Pin; 6] = core::array::from_fn(|_| Pin(Rc::new(Cell::new(false))));
-        let [first, second, reset, torque, brake, light] = pins.clone();
+        let cells: [Cell<bool>; 6] = [const { Cell::new(false) }; 6];
+        let pins = cells.each_ref().map(Pin);
+        let [first, second, reset, torque, brake, light] = pins;
         let mut panel = Panel {
             first,
             second,

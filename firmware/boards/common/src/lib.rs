@@ -64,3 +64,5 @@ pub mod store;
 pub mod tick;
 pub mod time_base;
 pub mod torque;
+#[cfg(test)]
+mod wire;

@@ -76,35 +76,9 @@ mod test {
     use super::*;
     use crate::alive::Periods;
     use crate::reset::ResetCause;
+    use crate::wire::Pin;
     use core::cell::Cell;
-    use core::convert::Infallible;
-    use embedded_hal::digital::ErrorType;
     use protocol::message::StopKind;
-
-    #[derive(Clone, Copy)]
-    struct Pin<'a>(&'a Cell<bool>);
-
-    impl ErrorType for Pin<'_> {
-        type Error = Infallible;
-    }
-    impl InputPin for Pin<'_> {
-        fn is_high(&mut self) -> Result<bool, Infallible> {
-            Ok(self.0.get())
-        }
-        fn is_low(&mut self) -> Result<bool, Infallible> {
-            Ok(!self.0.get())
-        }
-    }
-    impl OutputPin for Pin<'_> {
-        fn set_high(&mut self) -> Result<(), Infallible> {
-            self.0.set(true);
-            Ok(())
-        }
-        fn set_low(&mut self) -> Result<(), Infallible> {
-            self.0.set(false);
-            Ok(())
-        }
-    }
 
     const PERIODS: Periods = Periods {
         tokens: [1000, 3000, 4000],
