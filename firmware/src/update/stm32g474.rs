@@ -1,4 +1,4 @@
-//! Where bootloader, log and slots are in an STM32G474RE, and what its reset flags mean.
+//! Where bootloader, log and slots are in an STM32G474RE.
 //!
 //! 512 KiB of flash in two banks (DBANK = 1, the factory's setting) of 128 pages of 2 KiB; 8 bytes are written at a time;
 //! erasing a page takes 22 ms, and code in the other bank runs meanwhile (RM0440, 3.3; DS12288, table of flash memory).
@@ -13,7 +13,6 @@
 //! vector table (118 entries of 4 bytes, aligned to the next power of two, 512) may be there.
 
 use super::slots::Layout;
-use protocol::maintenance::ResetCause;
 
 /// A page, bytes.
 pub const PAGE: u32 = 2048;
@@ -45,54 +44,3 @@ pub const CAPACITY: u32 = LAYOUT.slot - PAGE;
 
 const _: () = assert!(CAPACITY == 243_712 && IMAGE == 0x0800_4800 && IMAGE.is_multiple_of(512));
 const _: () = assert!(SLOT >= LOG + PAGE && LAYOUT.slot_b + LAYOUT.slot == 2 * BANK);
-
-/// Why the chip was reset, by `RCC_CSR` as it was at the start (RM0440, 7.4.29): clear it by `RMVF` afterwards.
-///
-/// A watchdog, the program or the supply also pull the pin, so the pin counts only alone.
-#[must_use]
-pub const fn reset_cause(rcc_csr: u32) -> ResetCause {
-    const LOW_POWER: u32 = 1 << 31;
-    const WINDOW_WATCHDOG: u32 = 1 << 30;
-    const WATCHDOG: u32 = 1 << 29;
-    const SOFTWARE: u32 = 1 << 28;
-    const BROWN_OUT: u32 = 1 << 27;
-    const PIN: u32 = 1 << 26;
-    const OPTION_BYTES: u32 = 1 << 25;
-    if rcc_csr & BROWN_OUT != 0 {
-        // the chip does not tell a supply that sagged from one that was switched on
-        ResetCause::PowerOn
-    } else if rcc_csr & (WATCHDOG | WINDOW_WATCHDOG) != 0 {
-        ResetCause::Watchdog
-    } else if rcc_csr & SOFTWARE != 0 {
-        ResetCause::Software
-    } else if rcc_csr & (OPTION_BYTES | LOW_POWER) != 0 {
-        ResetCause::Option
-    } else if rcc_csr & PIN != 0 {
-        ResetCause::Pin
-    } else {
-        ResetCause::Unknown
-    }
-}
-
-#[cfg(test)]
-mod test {
-    use super::*;
-
-    #[test]
-    fn the_strongest_flag_tells() {
-        let pin = 1 << 26;
-        for (csr, cause) in [
-            (0, ResetCause::Unknown),
-            (pin, ResetCause::Pin),
-            (pin | 1 << 27, ResetCause::PowerOn),
-            (pin | 1 << 28, ResetCause::Software),
-            (pin | 1 << 29, ResetCause::Watchdog),
-            (pin | 1 << 30, ResetCause::Watchdog),
-            (pin | 1 << 31, ResetCause::Option),
-            (pin | 1 << 25, ResetCause::Option),
-            (u32::MAX, ResetCause::PowerOn),
-        ] {
-            assert_eq!(reset_cause(csr), cause, "{csr:08x}");
-        }
-    }
-}

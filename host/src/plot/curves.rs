@@ -36,8 +36,7 @@ pub(super) fn lay_out(data: &CurvesPlot) -> Drawing {
         width: WIDTH,
         ..Drawing::default()
     };
-    let anchor = super::drawing::Anchor::Start;
-    drawing.text([24.0, 34.0], 20.0, anchor, INK, data.title.clone());
+    drawing.title(&data.title);
     let limits = data.diagrams.iter().any(|d| d.limit.is_some());
     let names = data.names.iter().map(String::as_str);
     let mut top = legend(&mut drawing, names, limits) + 20.0;

@@ -1,5 +1,10 @@
 //! The list of shapes between layout and file.
 
+use super::font;
+
+const TITLE_LEFT: f64 = 24.0;
+const TITLE_SIZE: f64 = 20.0;
+
 /// Red, green, blue, opacity 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Colour {
@@ -123,6 +128,14 @@ impl Drawing {
         if points.len() > 1 {
             self.shapes.push(Shape::Line(points, stroke));
         }
+    }
+
+    /// The words above everything, smaller if they are many: at most as wide as the paper.
+    pub(super) fn title(&mut self, words: &str) {
+        let room = self.width - 2.0 * TITLE_LEFT;
+        let wide = font::width(words, TITLE_SIZE);
+        let size = TITLE_SIZE * (room / wide.max(room));
+        self.text([TITLE_LEFT, 34.0], size, Anchor::Start, INK, words);
     }
 
     pub(super) fn text(

@@ -31,7 +31,7 @@ pub(super) fn lay_out(data: &PlotData) -> Drawing {
         [0.0, 0.0, drawing.width, drawing.height],
         super::drawing::Colour::new(0xFF_FFFF),
     ));
-    drawing.text([24.0, 34.0], 20.0, Anchor::Start, INK, data.title.clone());
+    drawing.title(&data.title);
     let mut top = TITLE_HEIGHT;
     for robot in &data.robots {
         row(&mut drawing, top, robot, &data.steps);

@@ -87,7 +87,7 @@ pub(super) fn lay_out(data: &MotionPlot) -> Drawing {
         width: WIDTH,
         ..Drawing::default()
     };
-    drawing.text([24.0, 34.0], 20.0, Anchor::Start, INK, data.title.clone());
+    drawing.title(&data.title);
     let names = data.axes.iter().map(|axis| axis.name.as_str());
     let mut top = legend(&mut drawing, names, true) + 20.0;
     let curves: Vec<Vec<(f64, State)>> = data.axes.iter().map(curve).collect();

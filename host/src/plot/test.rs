@@ -1,3 +1,4 @@
+use super::drawing::Shape as Drawn;
 use super::*;
 use crate::error::exit;
 
@@ -96,6 +97,30 @@ fn the_picture_is_well_formed_and_the_same_every_time() {
     let lines = picture.matches("stroke-dasharray=\"5 3\"").count();
     // 13 axes, 4 views, 2 legends
     assert_eq!(lines, 13 + 4 + 2);
+}
+
+#[test]
+fn a_long_title_is_smaller_but_whole() {
+    let mut data = synthetic();
+    let size = |data: &PlotData| {
+        let Drawn::Text(title) = Picture::from(data)
+            .0
+            .shapes
+            .into_iter()
+            .find(|shape| matches!(shape, Drawn::Text(text) if text.words == data.title))
+            .unwrap()
+        else {
+            unreachable!()
+        };
+        let right = title.at[0] + font::width(&title.words, title.size);
+        (title.size, right, Picture::from(data).0.width)
+    };
+    let (short, ..) = size(&data);
+    data.title = data.title.repeat(4);
+    let (long, right, width) = size(&data);
+    assert!(long < short, "{long} {short}");
+    // to the last letter: as wide as there is room, between equal margins
+    assert!((right - (width - 24.0)).abs() < 1e-9, "{right} {width}");
 }
 
 #[test]

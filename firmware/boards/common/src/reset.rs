@@ -1,56 +1,45 @@
 //! Why the board was reset, and what is remembered of it over the next resets.
 
 use crate::alive::Token;
+pub use protocol::maintenance::ResetCause;
 use protocol::message::NodeState;
 
-/// Why the processor began anew.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// Power came, or had been too low: what RAM holds means nothing.
-    Power = 0,
-    /// The pin, by a button or a debugger.
-    Pin = 1,
-    /// A watchdog: a token was missing.
-    Watchdog = 2,
-    /// The image asked for it, or a debugger.
-    Software = 3,
-    /// Anything else: option bytes, low power modes.
-    Other = 4,
-}
+/// The causes of which a chip tells: the others are a host's.
+const CAUSES: [ResetCause; 6] = [
+    ResetCause::Unknown,
+    ResetCause::PowerOn,
+    ResetCause::Pin,
+    ResetCause::Software,
+    ResetCause::Watchdog,
+    ResetCause::Option,
+];
 
-impl ResetCause {
-    const ALL: [Self; 5] = [
-        Self::Power,
-        Self::Pin,
-        Self::Watchdog,
-        Self::Software,
-        Self::Other,
-    ];
-
-    /// From `RCC_CSR` of an STM32 of the families G0, G4, L4, WB (RM0440, 7.4.29). Every reset pulls the pin, so its flag
-    /// says something only alone; and flags of several resets may have gathered, of which power is the oldest.
-    #[must_use]
-    pub const fn from_rcc_csr(csr: u32) -> Self {
-        const LOW_POWER: u32 = 1 << 31;
-        const WINDOW_WATCHDOG: u32 = 1 << 30;
-        const INDEPENDENT_WATCHDOG: u32 = 1 << 29;
-        const SOFTWARE: u32 = 1 << 28;
-        const BROWN_OUT: u32 = 1 << 27;
-        const PIN: u32 = 1 << 26;
-        const OPTION_BYTES: u32 = 1 << 25;
-        if csr & BROWN_OUT != 0 {
-            Self::Power
-        } else if csr & (WINDOW_WATCHDOG | INDEPENDENT_WATCHDOG) != 0 {
-            Self::Watchdog
-        } else if csr & SOFTWARE != 0 {
-            Self::Software
-        } else if csr & (LOW_POWER | OPTION_BYTES) != 0 {
-            Self::Other
-        } else if csr & PIN != 0 {
-            Self::Pin
-        } else {
-            Self::Other
-        }
+/// From `RCC_CSR` of an STM32 of the families G0, G4, L4, WB, as it was at the start (RM0440, 7.4.29): clear it by `RMVF`
+/// afterwards.
+///
+/// Every reset pulls the pin, so its flag says something only alone; and flags of several resets may have gathered, of
+/// which power is the oldest. A supply that sagged has the same flag as one that was switched on.
+#[must_use]
+pub const fn cause_of_rcc_csr(csr: u32) -> ResetCause {
+    const LOW_POWER: u32 = 1 << 31;
+    const WINDOW_WATCHDOG: u32 = 1 << 30;
+    const INDEPENDENT_WATCHDOG: u32 = 1 << 29;
+    const SOFTWARE: u32 = 1 << 28;
+    const BROWN_OUT: u32 = 1 << 27;
+    const PIN: u32 = 1 << 26;
+    const OPTION_BYTES: u32 = 1 << 25;
+    if csr & BROWN_OUT != 0 {
+        ResetCause::PowerOn
+    } else if csr & (WINDOW_WATCHDOG | INDEPENDENT_WATCHDOG) != 0 {
+        ResetCause::Watchdog
+    } else if csr & SOFTWARE != 0 {
+        ResetCause::Software
+    } else if csr & (LOW_POWER | OPTION_BYTES) != 0 {
+        ResetCause::Option
+    } else if csr & PIN != 0 {
+        ResetCause::Pin
+    } else {
+        ResetCause::Unknown
     }
 }
 
@@ -89,7 +78,7 @@ impl Record {
     /// After a reset: counts it. `words` are what the RAM held.
     #[must_use]
     pub fn begin(words: &[u32; WORDS], cause: ResetCause) -> Begun {
-        let before = Self::read(words).filter(|_| cause != ResetCause::Power);
+        let before = Self::read(words).filter(|_| cause != ResetCause::PowerOn);
         let one = u32::from(cause == ResetCause::Watchdog);
         let now = Self {
             resets: before.map_or(0, |b| b.resets.saturating_add(1)),
@@ -126,7 +115,7 @@ impl Record {
         Some(Self {
             resets,
             watchdog,
-            cause: ResetCause::ALL.into_iter().find(|c| *c as u8 == cause)?,
+            cause: CAUSES.into_iter().find(|c| *c as u8 == cause)?,
             state: NodeState::ALL.into_iter().find(|s| *s as u8 == state)?,
             missing: if u32::from(missing) == NONE {
                 None
@@ -156,29 +145,29 @@ mod test {
     fn each_flag_is_its_cause_whatever_the_pin_says() {
         let pin = 1 << 26;
         for (bit, cause) in [
-            (31, ResetCause::Other),
+            (31, ResetCause::Option),
             (30, ResetCause::Watchdog),
             (29, ResetCause::Watchdog),
             (28, ResetCause::Software),
-            (27, ResetCause::Power),
-            (25, ResetCause::Other),
+            (27, ResetCause::PowerOn),
+            (25, ResetCause::Option),
         ] {
             for with in [0, pin] {
-                assert_eq!(ResetCause::from_rcc_csr(1 << bit | with), cause, "{bit}");
+                assert_eq!(cause_of_rcc_csr(1 << bit | with), cause, "{bit}");
             }
         }
-        assert_eq!(ResetCause::from_rcc_csr(pin), ResetCause::Pin);
-        assert_eq!(ResetCause::from_rcc_csr(0), ResetCause::Other);
+        assert_eq!(cause_of_rcc_csr(pin), ResetCause::Pin);
+        assert_eq!(cause_of_rcc_csr(0), ResetCause::Unknown);
         // LSI on and ready, which are no flags of a reset
-        assert_eq!(ResetCause::from_rcc_csr(pin | 3), ResetCause::Pin);
+        assert_eq!(cause_of_rcc_csr(pin | 3), ResetCause::Pin);
         // power is oldest: whatever was seen since is not to be trusted
-        assert_eq!(ResetCause::from_rcc_csr(0xFE00_0000), ResetCause::Power);
+        assert_eq!(cause_of_rcc_csr(0xFE00_0000), ResetCause::PowerOn);
     }
 
     #[test]
     fn resets_are_counted_until_power_goes() {
         let mut words = [0xDEAD_BEEF; WORDS];
-        let begun = Record::begin(&words, ResetCause::Power);
+        let begun = Record::begin(&words, ResetCause::PowerOn);
         assert_eq!((begun.before, begun.now.resets), (None, 0));
         words = begun.now.write();
         let causes = [ResetCause::Watchdog, ResetCause::Pin, ResetCause::Watchdog];
@@ -190,8 +179,8 @@ mod test {
         }
         let now = Record::read(&words).unwrap();
         assert_eq!((now.resets, now.watchdog), (3, 2));
-        assert_eq!(Record::begin(&words, ResetCause::Power).before, None);
-        assert_eq!(Record::begin(&words, ResetCause::Power).now.resets, 0);
+        assert_eq!(Record::begin(&words, ResetCause::PowerOn).before, None);
+        assert_eq!(Record::begin(&words, ResetCause::PowerOn).now.resets, 0);
     }
 
     #[test]
@@ -203,12 +192,12 @@ mod test {
     proptest! {
         #[test]
         fn what_is_written_is_read_and_one_wrong_bit_is_not(
-            resets in any::<u32>(), watchdog in any::<u32>(), cause in 0_usize..5, state in 0_usize..10, missing in 0_usize..4,
+            resets in any::<u32>(), watchdog in any::<u32>(), cause in 0..CAUSES.len(), state in 0_usize..10, missing in 0_usize..4,
             word in 0..WORDS, bit in 0_u32..32,
         ) {
             let record = Record {
                 resets, watchdog,
-                cause: ResetCause::ALL[cause],
+                cause: CAUSES[cause],
                 state: NodeState::ALL[state],
                 missing: Token::ALL.get(missing).copied(),
             };

@@ -102,7 +102,7 @@ mod test {
             brake,
             light,
         };
-        let record = Record::begin(&[0; WORDS], ResetCause::Power).now;
+        let record = Record::begin(&[0; WORDS], ResetCause::PowerOn).now;
         let mut tick = Tick::new(Micros(0), panel, Category::Zero, DELAYS, record);
         let mut alive = Alive::new(Micros(0), PERIODS);
         let mut fed = 0;

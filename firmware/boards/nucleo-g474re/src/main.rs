@@ -20,7 +20,6 @@ mod app {
     use board::alive::{Alive, Periods, Token};
     use board::config;
     use board::guard::Category;
-    use board::reset::ResetCause;
     use board::rim::{Call, Rim};
     use board::tick::Tick;
     use board::time_base::{Beat, stamped};
@@ -88,7 +87,7 @@ mod app {
     #[init]
     fn init(cx: init::Context) -> (Shared, Local) {
         let p = cx.device;
-        let cause = ResetCause::from_rcc_csr(p.RCC.csr().read().bits());
+        let cause = board::reset::cause_of_rcc_csr(p.RCC.csr().read().bits());
         p.RCC.csr().modify(|_, w| w.rmvf().set_bit());
         let begun = kept::begin(cause);
         let mut panel = pins::start(&p.RCC, &p.GPIOA, &p.GPIOB, &p.GPIOC);
