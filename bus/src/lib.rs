@@ -26,6 +26,7 @@ pub use can::{Hears, MAX_IDS, open_can};
 
 use protocol::frame::Frame;
 use protocol::time::Micros;
+use std::fmt;
 use std::io;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -37,6 +38,37 @@ pub struct Received {
     pub frame: Frame,
     /// When this process saw it, or when the driver stamped it.
     pub at: Micros,
+}
+
+/// A CAN controller whose state has changed, as one line that says what it means and what helps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StateChange {
+    /// The connection.
+    pub bus: String,
+    /// Its state from now on.
+    pub state: wire::confinement::State,
+}
+
+impl fmt::Display for StateChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bus = &self.bus;
+        match self.state {
+            wire::confinement::State::Active => write!(f, "{bus}: error-active again"),
+            wire::confinement::State::Passive => write!(
+                f,
+                "{bus}: error-passive: frames are damaged or nobody acknowledges them; look at the cable, its two \
+                 terminations, the bit rate, and whether the others have power"
+            ),
+            wire::confinement::State::BusOff => {
+                let interface = bus.strip_prefix("can:").unwrap_or(bus);
+                write!(
+                    f,
+                    "{bus}: bus-off: nothing is sent or heard any more; once the cause is gone, `ip link set \
+                     {interface} type can restart`"
+                )
+            }
+        }
+    }
 }
 
 /// A connection to a bus, in real time. Own frames are not received.
@@ -54,6 +86,11 @@ pub trait Bus {
     /// When the transport has failed; it then stays failed.
     fn receive(&mut self) -> Result<Option<Received>, BusError>;
 
+    /// The state of the CAN controller behind this connection, each time it has changed; of a transport that tells it.
+    fn take_change(&mut self) -> Option<StateChange> {
+        None
+    }
+
     /// Returns when a frame has arrived or at `deadline` ([`now`]), whichever is first.
     ///
     /// # Errors
@@ -67,6 +104,9 @@ impl<B: Bus + ?Sized> Bus for Box<B> {
     }
     fn receive(&mut self) -> Result<Option<Received>, BusError> {
         (**self).receive()
+    }
+    fn take_change(&mut self) -> Option<StateChange> {
+        (**self).take_change()
     }
     fn wait(&mut self, deadline: Micros) -> Result<(), BusError> {
         (**self).wait(deadline)

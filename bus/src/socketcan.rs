@@ -1,9 +1,11 @@
 //! Linux CAN interfaces: can0, vcan0, …; classical and FD.
 
-use crate::{Bus, BusError, Hears, MAX_IDS, Received, now, until};
+use crate::wire::confinement::State;
+use crate::{Bus, BusError, Hears, MAX_IDS, Received, StateChange, now, until};
+use ::socketcan::errors::{CanError, ControllerProblems};
 use ::socketcan::{
-    CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, CanFilter, EmbeddedFrame as _, ExtendedId,
-    ShouldRetry as _, Socket as _, SocketOptions as _, StandardId,
+    CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanFdSocket, CanFilter,
+    EmbeddedFrame as _, ExtendedId, ShouldRetry as _, Socket as _, SocketOptions as _, StandardId,
 };
 use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
@@ -32,6 +34,12 @@ pub const QUEUE: usize = 256;
 /// In an identifier of the kernel: it has 29 bits.
 const EXTENDED: u32 = 0x8000_0000;
 
+/// Error frames that tell of a change of state: controller, bus-off, restarted (linux/can/error.h).
+const ERRORS: u32 = 0x004 | 0x040 | 0x100;
+
+/// Changes of state that nobody has asked for yet, at most; then the oldest is forgotten.
+const CHANGES: usize = 16;
+
 /// Between two looks at whether the kernel takes more.
 const LOOK: Duration = Duration::from_millis(1);
 
@@ -50,6 +58,8 @@ pub struct SocketCan {
     waiting: Option<Received>,
     unsent: VecDeque<Frame>,
     ignored: u64,
+    state: State,
+    changes: VecDeque<State>,
 }
 
 impl SocketCan {
@@ -64,6 +74,7 @@ impl SocketCan {
             if let Some(filters) = filters(hears) {
                 socket.set_filters(&filters)?;
             }
+            socket.set_error_filter(ERRORS)?;
             // the kernel doubles what it is given, and admits a frame while the sum is below that
             socket
                 .as_raw_socket()
@@ -77,6 +88,8 @@ impl SocketCan {
                 waiting: None,
                 unsent: VecDeque::new(),
                 ignored: 0,
+                state: State::Active,
+                changes: VecDeque::new(),
             }),
             Err(error) => Err(BusError::Open {
                 bus: label,
@@ -85,7 +98,7 @@ impl SocketCan {
         }
     }
 
-    /// Remote and error frames received so far; they are not handed on.
+    /// Remote frames received so far; they are not handed on.
     #[must_use]
     pub const fn ignored(&self) -> u64 {
         self.ignored
@@ -150,8 +163,19 @@ impl SocketCan {
         }
     }
 
-    /// A data frame is kept, anything else counted.
+    /// A data frame is kept, an error frame may change the state, anything else is counted.
     fn take(&mut self, frame: CanAnyFrame) -> Option<Received> {
+        if let CanAnyFrame::Error(error) = frame {
+            if let Some(state) = state_after(error)
+                && std::mem::replace(&mut self.state, state) != state
+            {
+                if self.changes.len() >= CHANGES {
+                    self.changes.pop_front();
+                }
+                self.changes.push_back(state);
+            }
+            return None;
+        }
         let taken = from_socketcan(frame).map(|frame| Received { frame, at: now() });
         if taken.is_none() {
             self.ignored += 1;
@@ -174,6 +198,20 @@ fn filters(hears: Hears<'_>) -> Option<Vec<CanFilter>> {
             let of_ids = ids.iter().map(of);
             Some(of_ids.chain([extended]).collect())
         }
+    }
+}
+
+/// The state that an error frame tells of, the worst if several.
+fn state_after(error: CanErrorFrame) -> Option<State> {
+    let error = CanError::from(error);
+    if error.is_bus_off() {
+        return Some(State::BusOff);
+    }
+    let passive = ControllerProblems::RX_PASSIVE | ControllerProblems::TX_PASSIVE;
+    match error.controller() {
+        Some(problems) if problems.intersects(passive) => Some(State::Passive),
+        Some(problems) if problems.contains(ControllerProblems::ACTIVE) => Some(State::Active),
+        _ => error.is_restarted().then_some(State::Active),
     }
 }
 
@@ -262,6 +300,14 @@ impl Bus for SocketCan {
         }
     }
 
+    fn take_change(&mut self) -> Option<StateChange> {
+        let state = self.changes.pop_front()?;
+        Some(StateChange {
+            bus: self.label.clone(),
+            state,
+        })
+    }
+
     fn wait(&mut self, deadline: Micros) -> Result<(), BusError> {
         while self.waiting.is_none() {
             self.flush_if_up()?;
@@ -315,6 +361,40 @@ mod tests {
         b.wait(now() + Micros::from_millis(1000)).unwrap();
         assert_eq!(b.receive().unwrap().map(|r| r.frame), Some(frame));
         assert_eq!(a.receive().unwrap(), None);
+    }
+
+    /// Error frames as the kernel's drivers make them (linux/can/error.h).
+    #[test]
+    fn error_frames_tell_the_state() {
+        let state = |class: u32, controller: u8| {
+            let data = [0, controller, 0, 0, 0, 0, 0, 0];
+            state_after(CanErrorFrame::new_error(class, &data).unwrap())
+        };
+        assert_eq!(state(0x040, 0), Some(State::BusOff));
+        // a change of state comes with the counters (0x200); passive and warning may come together
+        for passive in [0x10, 0x20, 0x14, 0x28] {
+            assert_eq!(state(0x204, passive), Some(State::Passive), "{passive:x}");
+        }
+        assert_eq!(state(0x004, 0x40), Some(State::Active));
+        assert_eq!(state(0x100, 0), Some(State::Active));
+        assert_eq!(state(0x044, 0x20), Some(State::BusOff));
+        // a warning, an overflow, a lost arbitration, no acknowledge: no change
+        for (class, controller) in [(0x004, 0x08), (0x004, 0x01), (0x002, 0), (0x020, 0)] {
+            assert_eq!(state(class, controller), None, "{class:x} {controller:x}");
+        }
+    }
+
+    #[test]
+    fn each_state_is_one_line_that_helps() {
+        let line = |state| {
+            let bus = "can:can0".into();
+            StateChange { bus, state }.to_string()
+        };
+        assert_eq!(line(State::Active), "can:can0: error-active again");
+        assert!(line(State::Passive).starts_with("can:can0: error-passive: "));
+        let off = line(State::BusOff);
+        assert!(off.contains("`ip link set can0 type can restart`"), "{off}");
+        assert!(!off.contains('\n') && !off.contains("  "), "{off}");
     }
 
     proptest! {

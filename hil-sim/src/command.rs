@@ -218,6 +218,9 @@ impl Running {
                 let mut result = Ok(());
                 while result.is_ok() && !ending.load(Ordering::Relaxed) {
                     result = robot.turn();
+                    while let Some(change) = robot.take_change() {
+                        warn(&format!("{kind}: {change}"));
+                    }
                     *shared.lock().unwrap_or_else(PoisonError::into_inner) = robot.statistics();
                 }
                 ending.store(true, Ordering::Relaxed);

@@ -6,7 +6,7 @@
 pub mod clock;
 
 use crate::plant::robot::{Sent, SimRobot};
-use bus::{Bus, BusError, now};
+use bus::{Bus, BusError, StateChange, now};
 use clock::{Clock, Held};
 use process::Lateness;
 use protocol::frame::{Frame, Id};
@@ -112,6 +112,11 @@ impl LiveRobot {
     #[must_use]
     pub const fn lateness(&self) -> &Lateness {
         &self.lateness
+    }
+
+    /// A CAN controller of its buses whose state has changed: each change is told once.
+    pub fn take_change(&mut self) -> Option<StateChange> {
+        self.buses.iter_mut().find_map(|bus| bus.take_change())
     }
 
     /// Waits for frames, a millisecond at most, and runs drives and mechanics up to now.

@@ -3,7 +3,8 @@
 //! Everything but [`MachinePart`] is a function of the task, its seed and the inputs, and is the
 //! same on every machine; [`MachinePart`] depends on the clock on the wall.
 
-use serde::Serialize;
+use process::Lateness;
+use serde::{Serialize, Serializer};
 use std::fmt;
 
 mod engraving;
@@ -42,12 +43,31 @@ pub struct Summary {
 }
 
 /// What depends on the machine and its clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MachinePart {
     /// How long it took by the wall clock, s.
     pub wall_s: f64,
     /// Bus time per wall time: above 1 is faster than real time; 0 if not measured.
     pub realtime_factor: f64,
+    /// How late the Master Process was called; where time is not its own.
+    #[serde(
+        rename = "called",
+        serialize_with = "called",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub lateness: Option<Lateness>,
+}
+
+fn called<S: Serializer>(lateness: &Option<Lateness>, serializer: S) -> Result<S::Ok, S::Error> {
+    let of = |late: &Lateness| {
+        let us = |permille| late.percentile(permille).as_micros();
+        serde_json::json!({
+            "calls": late.calls(), "overruns": late.overruns(),
+            "lateness_us": {"p50": us(500), "p99": us(990), "p99_9": us(999), "max": us(1000)},
+            "lateness_histogram_us": late.histogram(),
+        })
+    };
+    lateness.as_ref().map(of).serialize(serializer)
 }
 
 impl MachinePart {
@@ -55,6 +75,7 @@ impl MachinePart {
     #[must_use]
     pub fn measured(duration_s: f64, wall_s: f64) -> Self {
         Self {
+            lateness: None,
             wall_s,
             realtime_factor: if wall_s > 0.0 {
                 duration_s / wall_s
@@ -164,6 +185,7 @@ impl Summary {
         if let Some(object) = value.as_object_mut() {
             object.remove("wall_s");
             object.remove("realtime_factor");
+            object.remove("called");
         }
         serde_json::to_string(&value)
     }
@@ -197,6 +219,9 @@ impl fmt::Display for Summary {
             )?;
         }
         writeln!(f)?;
+        if let Some(lateness) = &self.machine.lateness {
+            writeln!(f, "called {lateness}")?;
+        }
         if !self.robots.is_empty() {
             write!(f, "\n{}", self.robot_table())?;
         }

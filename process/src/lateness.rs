@@ -9,7 +9,7 @@ const BIN_US: u64 = 20;
 const BINS: usize = 1000;
 
 /// Lateness of every call, relative to the absolute deadline that was asked for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lateness {
     bins: Vec<u64>,
     beyond: u64,

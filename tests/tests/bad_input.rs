@@ -201,6 +201,54 @@ fn task(steps: &str) -> String {
 
 const STEP: &str = "[[step]]\nname = \"s\"\n";
 
+/// Twice 250 us for each of the track's seven axes and 55 us of SYNC are 1805 us of 2000.
+#[test]
+fn a_cell_whose_drives_have_not_enough_bus() {
+    let scratch = Scratch::new("bus-load");
+    let cell = mrroc_tests::workspace().join("tasks/cell.toml");
+    let cell = std::fs::read_to_string(cell).unwrap();
+    let split = [
+        "axes = [1, 2, 3, 4]",
+        "bus = \"track-wrist\", axes = [5, 6, 7]",
+    ];
+    assert!(split.iter().all(|part| cell.contains(part)));
+    let crowded: String = cell
+        .replace(split[0], "axes = [1, 2, 3, 4, 5, 6, 7]")
+        .lines()
+        .filter(|line| !line.contains(split[1]))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let file = scratch.file("cell.toml", &crowded);
+    let arguments = |json: bool| {
+        let words: [OsString; 3] = ["bus".into(), "load".into(), file.clone().into()];
+        words.into_iter().chain(json.then(|| "--json".into()))
+    };
+    let output = binary::run(arguments(false));
+    assert_eq!(output.code, Some(65), "{output:?}");
+    let line = output.stdout.lines().find(|l| l.starts_with("track-arm "));
+    let line = line.unwrap_or_else(|| panic!("{output:?}"));
+    assert!(line.contains(": more than 82 %"), "{line}");
+    let buses = binary::run(arguments(true)).json();
+    let fits = |name: &str| {
+        let mut buses = buses["buses"].as_array().unwrap().iter();
+        buses.find(|bus| bus["name"] == name).unwrap()["fits"].clone()
+    };
+    assert_eq!(
+        (fits("track-arm"), fits("postument")),
+        (false.into(), true.into())
+    );
+
+    let home = format!("title = \"t\"\ncell = \"cell.toml\"\n{STEP}home = [\"irp6-track\"]\n");
+    let task = scratch.file("task.toml", &home);
+    unmoved(
+        &scratch,
+        "a crowded bus",
+        vec!["run".into(), task.into_os_string()],
+        64,
+        &["bus track-arm", "82 %", "see mrroc bus load"],
+    );
+}
+
 #[test]
 #[expect(clippy::too_many_lines, reason = "a table")]
 fn tasks() {

@@ -44,8 +44,8 @@ const PRESENT: &str = "MRROC_ON_VCAN";
 const TIME_WAITS: &str = "MRROC_TIME_WAITS";
 /// Memory of the machine. It is taken as it is used.
 const MEMORY: &str = "mem=1G";
-/// It takes some four minutes; a machine that hangs is ended.
-const PATIENCE: Duration = Duration::from_secs(600);
+/// It takes some six minutes; a machine that hangs is ended.
+const PATIENCE: Duration = Duration::from_secs(1200);
 /// Between two looks at whether it has ended.
 const LOOK: Duration = Duration::from_millis(50);
 

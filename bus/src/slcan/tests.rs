@@ -104,7 +104,33 @@ fn soon() -> Micros {
 
 #[test]
 fn both_directions_over_tcp() {
-    let (mut adapter, mut far) = pair();
+    let (adapter, far) = pair();
+    both_directions(adapter, far);
+}
+
+/// A pseudo terminal: a serial device to whoever opens it, without a cable.
+#[cfg(unix)]
+#[test]
+fn both_directions_over_a_serial_device_and_its_end_is_told() {
+    use serialport::{SerialPort as _, TTYPort};
+    use std::time::Duration;
+    let open = || {
+        let (mut far, near) = TTYPort::pair().unwrap();
+        far.set_timeout(Duration::from_secs(10)).unwrap();
+        let adapter = Slcan::device(&near.name().unwrap()).unwrap();
+        (adapter, far, near)
+    };
+    let (adapter, far, _near) = open();
+    both_directions(adapter, far);
+    // as when the plug is pulled
+    let (mut adapter, far, near) = open();
+    drop((far, near));
+    let error = adapter.wait(soon()).unwrap_err();
+    assert!(matches!(error, BusError::Lost { .. }), "{error}");
+}
+
+/// Both ends of a line; `far` is where the adapter's firmware would be.
+fn both_directions(mut adapter: Slcan, mut far: impl Read + Write) {
     let sent = classic(Id::Extended(0x0123_4567), &[1, 2]);
     adapter.send(&sent).unwrap();
     let expected = b"\rC\rS8\rO\rT0123456720102\r";

@@ -3,7 +3,7 @@
 use crate::answers::{Answers, PATIENCE};
 use bus::hub::HubClient;
 use bus::spec::Place;
-use bus::{Bus, BusError, Hears, now, open_can};
+use bus::{Bus, BusError, Hears, StateChange, now, open_can};
 use firmware::process::drive_buses;
 use firmware::{Port, Received};
 use process::{End, exit};
@@ -175,6 +175,12 @@ impl Ports {
     /// What happened so far.
     pub(crate) const fn traffic(&self) -> Traffic {
         self.traffic
+    }
+
+    /// A CAN controller whose state has changed: each change is told once.
+    pub(crate) fn take_change(&mut self) -> Option<StateChange> {
+        let mut connections = self.connections.iter_mut();
+        connections.find_map(|connection| connection.bus.take_change())
     }
 
     /// Why a connection has failed: told once.

@@ -3,6 +3,7 @@
 //! Everything is taken from the node's own messages, as any monitor on the bus could.
 
 use crate::printer::Printer;
+use bus::StateChange;
 use protocol::fault::{Fault, Reaction};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
@@ -60,6 +61,17 @@ impl Report {
                 "state": state,
             }));
         }
+    }
+
+    /// The CAN controller of one of its buses has changed its state. What follows is the node's own to find: drives and
+    /// master fall silent.
+    pub(crate) fn bus(&self, now: Micros, change: &StateChange, printer: &Printer) {
+        self.tell(now, &change.to_string(), printer);
+        let state = format!("{:?}", change.state);
+        printer.json(&json!({
+            "event": "bus", "t_s": now.as_secs_f64(), "robot": self.robot.name(),
+            "bus": change.bus, "state": state,
+        }));
     }
 
     /// The node sent a frame to the MP's bus.

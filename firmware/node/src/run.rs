@@ -168,6 +168,9 @@ impl Work {
             }
             let now = now();
             self.beat.called(due, now);
+            while let Some(change) = self.ports.take_change() {
+                self.report.bus(now, &change, &self.printer);
+            }
             if let Some(error) = self.ports.take_failure() {
                 self.printer
                     .tell(format!("{}: {error}: stopping", self.robot));

@@ -103,6 +103,10 @@ struct Common {
     /// Seed of the simulation.
     #[arg(long)]
     seed: Option<u64>,
+    /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
+    /// on Linux, for those who may.
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
+    priority: Option<u8>,
 }
 
 impl Common {
@@ -125,7 +129,13 @@ impl Common {
         }
     }
 
-    fn run(&self, asked: impl FnOnce(&Files) -> Result<Asked, Error>) -> Result<u8, Error> {
+    fn run(&self, asked: impl FnOnce(&Files) -> Result<Asked, Error>) -> Result<u8, End> {
+        // before there are threads
+        self.priority.map_or(Ok(()), process::take_priority)?;
+        Ok(self.carry_out(asked)?)
+    }
+
+    fn carry_out(&self, asked: impl FnOnce(&Files) -> Result<Asked, Error>) -> Result<u8, Error> {
         let files = Files::on_disk();
         let Asked { task, path } = asked(&files)?;
         for warning in task.warnings() {

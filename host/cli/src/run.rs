@@ -64,7 +64,7 @@ pub(crate) struct Finished {
 }
 
 /// The MP's step: one macrostep of 20 ms under tight coordination, and simply always.
-const MACROSTEP: Micros = Micros::from_millis(20);
+pub(crate) const MACROSTEP: Micros = Micros::from_millis(20);
 
 /// Connect to the robots of a cell.
 fn connect(
@@ -141,7 +141,10 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         error: failure.as_ref().map(ToString::to_string),
         title,
         duration_s,
-        machine: MachinePart::measured(duration_s, started.elapsed().as_secs_f64()),
+        machine: MachinePart {
+            lateness: world.lateness().cloned(),
+            ..MachinePart::measured(duration_s, started.elapsed().as_secs_f64())
+        },
         seed,
         robots: robots(&cell, &observers, &faults, world.knows_mechanics()),
         buses: buses(&*world, world.now().since(begun)),

@@ -1,6 +1,7 @@
 //! Where the robots are: in this process on a virtual clock, or at the other end of a bus.
 
 use crate::observe::Observers;
+use crate::run::MACROSTEP;
 use bus::hub::HubClient;
 use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
@@ -9,10 +10,12 @@ use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
 use host::error::Error;
 use host::task::{self, BusKind, Cell};
+use process::Lateness;
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
+use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 /// How long a hub may take to appear: its simulator may be starting in the same second.
@@ -33,6 +36,10 @@ pub(crate) trait World {
         observers: &mut Observers,
         rx: &mut Vec<(Micros, Frame)>,
     ) -> Result<(), Error>;
+    /// How late [`World::pass`] returned; of a world that does not wait for its master.
+    fn lateness(&self) -> Option<&Lateness> {
+        None
+    }
     /// Names and statistics of the buses, as far as they are known here.
     fn buses(&self) -> Vec<(String, Statistics)>;
     /// Are the true motor angles known (and the path error of the mechanics with them)?
@@ -206,6 +213,7 @@ pub(crate) struct Remote {
     frames: u64,
     /// Sent since time last passed: a transport does not return one's own frames.
     sent: Vec<(Micros, Frame)>,
+    lateness: Lateness,
 }
 
 impl Remote {
@@ -218,6 +226,7 @@ impl Remote {
             name: place.to_string(),
             frames: 0,
             sent: Vec::new(),
+            lateness: Lateness::new(MACROSTEP.into()),
         })
     }
 }
@@ -283,12 +292,22 @@ impl World for Remote {
                 observers.frame(0, received.at.0 * 1000, &received.frame);
                 rx.push((received.at, received.frame));
             }
-            if bus::now() >= until {
+            while let Some(change) = self.bus.take_change() {
+                // a closed stderr is no reason to stop a robot
+                let _ = writeln!(std::io::stderr(), "mrroc: {change}");
+            }
+            let now = bus::now();
+            if now >= until {
+                self.lateness.record(now.since(until).into());
                 observers.passed();
                 return Ok(());
             }
             self.bus.wait(until).map_err(|e| bus_error(&e))?;
         }
+    }
+
+    fn lateness(&self) -> Option<&Lateness> {
+        Some(&self.lateness)
     }
 
     fn buses(&self) -> Vec<(String, Statistics)> {

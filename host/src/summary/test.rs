@@ -1,4 +1,5 @@
 use super::*;
+use std::time::Duration;
 
 fn example() -> Summary {
     Summary {
@@ -89,6 +90,19 @@ fn what_is_reproducible_does_not_know_the_wall_clock() {
     let (mut fast, mut slow) = (example(), example());
     fast.machine = MachinePart::measured(62.5, 0.2);
     slow.machine = MachinePart::measured(62.5, 70.0);
+    let mut late = Lateness::new(Duration::from_millis(20));
+    late.record(Duration::from_micros(130));
+    slow.machine.lateness = Some(late);
+    let called =
+        serde_json::from_str::<serde_json::Value>(&slow.to_json().unwrap()).unwrap()["called"]
+            .take();
+    assert_eq!(called["lateness_us"]["max"], 130);
+    assert_eq!(called["lateness_histogram_us"][0][0], 20);
+    assert!(
+        slow.to_string().contains("\ncalled late by 130 us "),
+        "{slow}"
+    );
+    assert!(!fast.to_string().contains("called"));
     let json = fast.to_reproducible_json().unwrap();
     assert_eq!(json, slow.to_reproducible_json().unwrap());
     assert!(!json.contains("wall"));

@@ -146,7 +146,12 @@ impl Process {
 
     /// Its end: status, and all that was left on stderr. Events are taken to the last.
     pub(crate) fn end(&mut self) -> (ExitStatus, Vec<String>) {
-        let until = Instant::now() + PATIENCE;
+        self.end_within(PATIENCE)
+    }
+
+    /// The same for what takes its time.
+    pub(crate) fn end_within(&mut self, patience: Duration) -> (ExitStatus, Vec<String>) {
+        let until = Instant::now() + patience;
         let status = loop {
             if let Some(status) = self.child.try_wait().unwrap() {
                 break status;

@@ -28,6 +28,9 @@ use std::time::{Duration, Instant};
 const FD: &str = "vcan0";
 const CLASSIC: &str = "vcan1";
 
+/// The two-arm task takes 108 s, and homing before it.
+const TASK: Duration = Duration::from_secs(400);
+
 /// Is this interface here? If not, the test is skipped, unless it must run.
 fn is_here(interface: &str) -> bool {
     let here = Path::new("/sys/class/net").join(interface).exists();
@@ -153,13 +156,13 @@ fn two_arms_boot_home_and_do_their_task() {
     let begun = Instant::now();
     let task = [
         "run",
-        "data/two-arms-short.toml",
+        "../tasks/two-arms.toml",
         "--bus",
         "can:vcan0",
         "--json",
     ];
     let mut master = Process::start("mrroc", &task);
-    let (status, said) = master.end();
+    let (status, said) = master.end_within(TASK);
     println!("two arms: {:.1} s", begun.elapsed().as_secs_f64());
     let summary = master
         .events
@@ -301,6 +304,44 @@ fn witnessed_task(seen: &[Entry]) {
     let drives = |entry: &&Entry| matches!(entry.frame.id(), Id::Standard(_));
     let mut drives = seen.iter().filter(drives);
     assert!(drives.all(|entry| !entry.frame.is_fd()));
+}
+
+/// A virtual interface has no errors of its own, but hands on the error frames that another program sends: those of
+/// drivers of real controllers look the same.
+#[test]
+fn a_controller_that_goes_bus_off_is_told_by_everyone_who_is_on_it() {
+    if !is_here(FD) {
+        return;
+    }
+    let mut cell = Cell::start(FD, &["irp6-postument"]);
+    let mut told = |class: &str, controller: &str, state: &str| {
+        // cansend: 8 digits with the kernel's flag of error frames
+        let frame = format!("{class}#00{controller}000000000000");
+        system("cansend", &[FD, &frame]);
+        let event = cell.nodes[0].event("bus", |_| true);
+        assert_eq!(
+            (&event["bus"], &event["state"]),
+            (&"can:vcan0".into(), &state.into())
+        );
+    };
+    told("20000204", "20", "Passive");
+    told("20000040", "00", "BusOff");
+    told("20000100", "00", "Active");
+    for node in cell.nodes {
+        Cell::interrupted(node, 0);
+    }
+    cell.simulator.interrupt();
+    let (status, said) = cell.simulator.end();
+    assert_eq!(status.code(), Some(0), "{said:#?}");
+    let lines = |state: &str| {
+        let what = format!("irp6-postument: can:vcan0: {state}");
+        said.iter().filter(|line| line.starts_with(&what)).count()
+    };
+    assert_eq!(
+        ["error-passive: ", "bus-off: ", "error-active again"].map(lines),
+        [1, 1, 1],
+        "{said:#?}"
+    );
 }
 
 /// A coordinator on an interface, torque on in all its robots.

@@ -2,7 +2,7 @@
 //!
 //! A frame is on the wire later than it was made, and another may overtake it; but those of one identifier
 //! keep their order. So every identifier of every bus is compared for itself. Of frames that are all alike, as
-//! SYNC is, one too many shows at once, and one too few does not.
+//! SYNC is, one is missing if the next was made before one was on the wire: none waits for so long.
 
 use bus::candump::Entry;
 use protocol::frame::{Frame, Id};
@@ -80,16 +80,25 @@ impl Comparison {
 
     /// The record has a frame that ends at `at_ns`.
     pub(crate) fn recorded(&mut self, at_ns: u64, bus: usize, frame: &Frame) {
-        let waiting = self.waiting.get_mut(&(bus, number(frame.id())));
-        let made = waiting.and_then(VecDeque::pop_front);
-        match made {
-            Some((_, made)) if made == *frame => self.same += 1,
-            made => self.differs(Difference {
+        let waiting = self.waiting.entry((bus, number(frame.id()))).or_default();
+        let made = waiting.pop_front();
+        let Some((made_ns, made)) = made.filter(|(_, made)| made == frame) else {
+            return self.differs(Difference {
                 at_ns,
                 bus,
                 recorded: Some(*frame),
                 replayed: made.map(|(_, frame)| frame),
-            }),
+            });
+        };
+        self.same += 1;
+        let alike = |(next_ns, next): &mut (u64, Frame)| next == frame && *next_ns < at_ns;
+        if waiting.pop_front_if(alike).is_some() {
+            self.differs(Difference {
+                at_ns: made_ns,
+                bus,
+                recorded: None,
+                replayed: Some(made),
+            });
         }
     }
 
@@ -145,6 +154,27 @@ mod test {
         assert_eq!(difference.at_ns, 50);
         assert_eq!(shown(difference.recorded.as_ref()), "300#02");
         assert_eq!(shown(difference.replayed.as_ref()), "300#01");
+    }
+
+    #[test]
+    fn one_missing_of_many_alike_is_found_where_it_is_missing() {
+        for missing in 0..10_u64 {
+            let mut comparison = Comparison::default();
+            for k in 0..10 {
+                let now_ns = 2_000_000 * k;
+                comparison.made(now_ns, 0, frame(0x080, &[]));
+                if k != missing {
+                    comparison.recorded(now_ns + 55_000, 0, &frame(0x080, &[]));
+                }
+            }
+            let difference = comparison.difference();
+            // nothing tells the last from one that was not yet on the wire
+            assert_eq!(difference.is_some(), missing < 9, "{missing}");
+            if let Some(difference) = difference {
+                assert_eq!(difference.at_ns, 2_000_000 * missing);
+                assert_eq!(difference.recorded, None);
+            }
+        }
     }
 
     #[test]
