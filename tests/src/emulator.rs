@@ -13,6 +13,7 @@
 //! | [`tape`] | everything that went into and came out of a node, and its replay |
 //! | [`traces`] | short lives of nodes, each unlike the others |
 
+pub mod bootloader;
 pub mod cost;
 pub mod elf;
 pub mod golden;

@@ -13,6 +13,7 @@ use std::process::{Command, Stdio};
 const BOARD: Board = Board {
     folder: "firmware/boards/qemu-mps2-an386",
     image: "mrroc-qemu",
+    features: &[],
 };
 /// Counts instructions.
 const PLUGIN: &str = "firmware/boards/tools/steps.c";

@@ -16,6 +16,8 @@ pub(crate) struct Board {
     pub(crate) folder: &'static str,
     /// Its binary.
     pub(crate) image: &'static str,
+    /// Features beside the default ones; with them it is another image, with accepted figures of its own.
+    pub(crate) features: &'static [&'static str],
 }
 
 /// What came of the building.
@@ -46,6 +48,10 @@ impl Board {
         let flags = format!("target.{TARGET}.rustflags=['-Zemit-stack-sizes']");
         let mut line = vec!["build", "--release", "--locked", "--config", flags.as_str()];
         line.extend(more);
+        let features = self.features.join(",");
+        if !features.is_empty() {
+            line.extend(["--features", &features]);
+        }
         cargo
             .current_dir(root().join(self.folder))
             .env("RUSTC_BOOTSTRAP", "1")
@@ -59,7 +65,10 @@ impl Board {
         }
         Ok(Ok(Built {
             image: build.join(TARGET).join("release").join(self.image),
-            golden: root().join(self.folder).join("golden").join(name),
+            golden: root()
+                .join(self.folder)
+                .join("golden")
+                .join([&[name], self.features].concat().join("-")),
             build,
         }))
     }

@@ -4,12 +4,13 @@
 //! erasing a page takes 22 ms, and code in the other bank runs meanwhile (RM0440, 3.3; DS12288, table of flash memory).
 //!
 //! ```text
-//!  page of either bank      0 … 5          6          7         8          9 … 127
-//!                           bootloader     log        spare     header     image
-//!                           12 KiB         2 KiB      2 KiB     2 KiB      119 · 2 KiB = 243 712 bytes
+//!  page of either bank      0 … 5              6          7                    8          9 … 127
+//!                           bootloader         log        configuration        header     image
+//!                           (bank 1 only)                 of the node
+//!                           12 KiB             2 KiB      2 KiB                2 KiB      119 · 2 KiB = 243 712 bytes
 //! ```
-//! Both banks look the same. The bootloader is in both; it shows the bank of the image it starts at 0800 0000 (`FB_MODE` of
-//! `SYSCFG_MEMRMP`), so that every image is linked for one address, 0800 4800. 4800 = 9 · 800, a multiple of 200: the
+//! The chip starts at bank 1. The bootloader shows the bank of the image it starts at 0800 0000 (`FB_MODE` of `SYSCFG_MEMRMP`,
+//! cleared by every reset), so that every image is linked for one address, 0800 4800. 4800 = 9 · 800, a multiple of 200: the
 //! vector table (118 entries of 4 bytes, aligned to the next power of two, 512) may be there.
 
 use super::slots::Layout;
@@ -20,7 +21,7 @@ pub const PAGE: u32 = 2048;
 pub const BANK: u32 = 128 * PAGE;
 /// What is written at a time, bytes.
 pub const WRITE: u32 = 8;
-/// The bootloader, bytes, at the beginning of either bank.
+/// The bootloader, bytes, at the beginning of bank 1.
 pub const BOOTLOADER: u32 = 6 * PAGE;
 /// Where the flash is.
 pub const FLASH: u32 = 0x0800_0000;
@@ -36,6 +37,9 @@ pub const LAYOUT: Layout = Layout {
     log: [LOG, BANK + LOG],
 };
 
+/// The two pages of the node's configuration, which outlives images.
+pub const CONFIGURATION: [u32; 2] = [LOG + PAGE, BANK + LOG + PAGE];
+
 /// The address every image is linked for.
 pub const IMAGE: u32 = FLASH + SLOT + PAGE;
 
@@ -43,4 +47,4 @@ pub const IMAGE: u32 = FLASH + SLOT + PAGE;
 pub const CAPACITY: u32 = LAYOUT.slot - PAGE;
 
 const _: () = assert!(CAPACITY == 243_712 && IMAGE == 0x0800_4800 && IMAGE.is_multiple_of(512));
-const _: () = assert!(SLOT >= LOG + PAGE && LAYOUT.slot_b + LAYOUT.slot == 2 * BANK);
+const _: () = assert!(SLOT >= LOG + 2 * PAGE && LAYOUT.slot_b + LAYOUT.slot == 2 * BANK);

@@ -1,6 +1,7 @@
-//! The image of a board, examined: started by `cargo xtask boards`, which builds it. Nothing is run.
+//! The image of a board, examined: started by `cargo xtask boards`, which builds it. Only a bootloader is run.
 
 use clap::Parser;
+use mrroc_tests::emulator::bootloader;
 use mrroc_tests::emulator::elf::Image;
 use mrroc_tests::emulator::golden::{self, Figure};
 use std::path::PathBuf;
@@ -23,6 +24,9 @@ struct Args {
     /// Bytes of RAM of the board
     #[arg(long)]
     ram: u64,
+    /// It is the bootloader: run it, emulated
+    #[arg(long)]
+    bootloader: bool,
     /// Accept the figures
     #[arg(long)]
     bless: bool,
@@ -49,6 +53,9 @@ fn run(args: &Args) -> Result<(), String> {
     if let Some((largest, _)) = image.frames.first() {
         let left = args.ram.saturating_sub(image.ram);
         figures.push(Figure::new("largest_frame_bytes", *largest, 10).at_most(left));
+    }
+    if args.bootloader {
+        bootloader::check(&args.image)?;
     }
     golden::judge(&figures, &image.compiler, &args.golden, args.bless)
 }

@@ -28,7 +28,7 @@ mod app {
     use board_cortex_m::{kept, log, report, rtt, stack};
     use board_stm32g4::can::{self, Can};
     use board_stm32g4::clock::{self, Clock, Watchdog};
-    use board_stm32g4::flash::Pages;
+    use board_stm32g4::flash::{Flash, bank_2_is_first};
     use board_stm32g4::pin::Pin;
     use board_stm32g4::unique_id;
     use cortex_m::peripheral::SCB;
@@ -95,7 +95,10 @@ mod app {
             // no crystal, no CAN: again, without torque
             SCB::sys_reset();
         }
-        let found = config::load(Pages::new(p.FLASH), panel.reset.is_high().unwrap_or(false));
+        // SAFETY: what is written are the two pages of the configuration, in front of the image or behind it
+        let mut flash = unsafe { Flash::new(p.FLASH, bank_2_is_first(&p.RCC, &p.SYSCFG)) };
+        let pages = flash.configuration(cfg!(feature = "slot"));
+        let found = config::load(pages, panel.reset.is_high().unwrap_or(false));
         if !found.stored {
             defmt::error!("the configuration could not be saved");
         }

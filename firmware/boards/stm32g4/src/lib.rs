@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`clock`] | 170 MHz from a crystal of 24 MHz, the counters of microseconds, the watchdog |
 //! | [`can`] | the three FDCAN and their bit rates |
-//! | [`flash`] | the two pages of the configuration |
+//! | [`flash`] | both banks, and the two pages of the configuration |
 //! | [`pin`] | a pin as embedded-hal has it |
 //!
 //! Its registers are those of `stm32g4`, which is made from ST's description of the processor. No HAL: the images of
