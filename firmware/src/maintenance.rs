@@ -50,6 +50,7 @@ pub struct Keeper<M, F> {
     start: Start,
     black_box: BlackBox<M>,
     updater: Option<Updater<F>>,
+    restart: bool,
 }
 
 impl<M: Memory, F: NorFlash> Keeper<M, F> {
@@ -59,7 +60,13 @@ impl<M: Memory, F: NorFlash> Keeper<M, F> {
             start,
             black_box,
             updater,
+            restart: false,
         }
+    }
+
+    /// Was a restart asked for and granted? The answer is to be on the wire before it.
+    pub const fn restarts(&self) -> bool {
+        self.restart
     }
 
     /// The signals of a servo step; short, for the step itself.
@@ -138,6 +145,10 @@ impl<M: Memory, F: NorFlash> Keeper<M, F> {
                 return Ok(MaintenanceReply::Done);
             }
             MaintenanceRequest::AbortImage { .. } => self.updater()?.abort()?,
+            MaintenanceRequest::Restart { .. } => {
+                self.restart = true;
+                return Ok(MaintenanceReply::Done);
+            }
         };
         Ok(MaintenanceReply::Image(image))
     }

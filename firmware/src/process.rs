@@ -24,6 +24,10 @@ pub trait NodeProcess: core::fmt::Debug {
     fn state(&self) -> NodeState;
     /// [`Node::identity`]
     fn identity(&self) -> Identity;
+    /// [`Keeper::restarts`](crate::maintenance::Keeper::restarts)
+    fn restarts(&self) -> bool {
+        false
+    }
 }
 
 impl<R, const N: usize, P, const W: usize> NodeProcess for Node<R, N, P, W>

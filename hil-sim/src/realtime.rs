@@ -116,7 +116,7 @@ impl LiveRobot {
 
     /// A CAN controller of its buses whose state has changed: each change is told once.
     pub fn take_change(&mut self) -> Option<StateChange> {
-        self.buses.iter_mut().find_map(|bus| bus.take_change())
+        self.buses.iter_mut().find_map(Bus::take_change)
     }
 
     /// Waits for frames, a millisecond at most, and runs drives and mechanics up to now.

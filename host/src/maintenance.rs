@@ -32,6 +32,8 @@ const TRIES: u32 = 6;
 /// The lease, ms, and how often it is renewed meanwhile.
 const LEASE_MS: u16 = 1000;
 const RENEW: Micros = Micros::from_millis(100);
+/// How long a node may take to be there again: a bootloader compares the CRC of two images.
+const RESTARTED: Micros = Micros::from_millis(10_000);
 /// Time passes in pieces of this length.
 const SLICE: Micros = Micros::from_millis(5);
 /// No record has more samples.
@@ -364,6 +366,40 @@ impl<'a, W: Wire + ?Sized> Client<'a, W> {
             // the answer that was lost said that it is forgotten
             MaintenanceReply::Refused(MaintenanceRefusal::NoRecord) if repeated > 0 => Ok(()),
             other => Err(self.unexpected(&other)),
+        }
+    }
+
+    /// Lets the node start anew, and waits until it has. Needs the lease, which is lost with it.
+    ///
+    /// # Errors
+    /// [`Error::Maintenance`]; [`Error::Silent`], also if it does not come back; the bus has gone.
+    pub fn restart(&mut self) -> Result<ResetReport, Error> {
+        let before = self.reset_cause()?;
+        let request = MaintenanceRequest::Restart {
+            epoch: self.epoch(),
+        };
+        let anew = |now: &ResetReport| now.boots != before.boots || now.steps < before.steps;
+        let Answer { is, repeated } = self.ask(&request)?;
+        match is {
+            MaintenanceReply::Done => {}
+            // it restarted, the answer was lost, and it no longer knows of our lease
+            MaintenanceReply::Refused(MaintenanceRefusal::NoLease { .. }) if repeated > 0 => {}
+            other => return Err(self.unexpected(&other)),
+        }
+        self.lease = None;
+        let until = self.wire.now() + RESTARTED;
+        loop {
+            match self.reset_cause() {
+                Ok(now) if anew(&now) => return Ok(now),
+                Ok(_) | Err(Error::Silent { .. }) if self.wire.now() < until => {}
+                Ok(_) => {
+                    return Err(Error::Silent {
+                        robot: self.name.clone(),
+                        waited_ms: u32::try_from(RESTARTED.0 / 1000).unwrap_or(u32::MAX),
+                    });
+                }
+                Err(error) => return Err(error),
+            }
         }
     }
 

@@ -50,24 +50,25 @@ pub struct MachinePart {
     /// Bus time per wall time: above 1 is faster than real time; 0 if not measured.
     pub realtime_factor: f64,
     /// How late the Master Process was called; where time is not its own.
-    #[serde(
-        rename = "called",
-        serialize_with = "called",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub lateness: Option<Lateness>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub called: Option<Called>,
 }
 
-fn called<S: Serializer>(lateness: &Option<Lateness>, serializer: S) -> Result<S::Ok, S::Error> {
-    let of = |late: &Lateness| {
+/// How late a process was called, as JSON.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Called(pub Lateness);
+
+impl Serialize for Called {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(late) = self;
         let us = |permille| late.percentile(permille).as_micros();
-        serde_json::json!({
+        let value = serde_json::json!({
             "calls": late.calls(), "overruns": late.overruns(),
             "lateness_us": {"p50": us(500), "p99": us(990), "p99_9": us(999), "max": us(1000)},
             "lateness_histogram_us": late.histogram(),
-        })
-    };
-    lateness.as_ref().map(of).serialize(serializer)
+        });
+        value.serialize(serializer)
+    }
 }
 
 impl MachinePart {
@@ -75,7 +76,7 @@ impl MachinePart {
     #[must_use]
     pub fn measured(duration_s: f64, wall_s: f64) -> Self {
         Self {
-            lateness: None,
+            called: None,
             wall_s,
             realtime_factor: if wall_s > 0.0 {
                 duration_s / wall_s
@@ -219,7 +220,7 @@ impl fmt::Display for Summary {
             )?;
         }
         writeln!(f)?;
-        if let Some(lateness) = &self.machine.lateness {
+        if let Some(Called(lateness)) = &self.machine.called {
             writeln!(f, "called {lateness}")?;
         }
         if !self.robots.is_empty() {

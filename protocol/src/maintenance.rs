@@ -89,6 +89,12 @@ pub enum MaintenanceRequest {
         /// The epoch of the lease.
         epoch: u32,
     },
+    /// Start anew once this is answered: what an activated image waits for. The lease and everything that was
+    /// not kept are forgotten.
+    Restart {
+        /// The epoch of the lease.
+        epoch: u32,
+    },
 }
 
 /// The answer to a [`MaintenanceRequest`].
@@ -376,7 +382,8 @@ impl MaintenanceRequest {
             | Self::VerifyImage { epoch, .. }
             | Self::ActivateImage { epoch, .. }
             | Self::ConfirmImage { epoch }
-            | Self::AbortImage { epoch } => Some(*epoch),
+            | Self::AbortImage { epoch }
+            | Self::Restart { epoch } => Some(*epoch),
         }
     }
 }

@@ -22,11 +22,35 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Runs the node until somebody ends it.
+/// After a restart was asked for: for its answer to leave this process.
+const FAREWELL: Micros = Micros::from_millis(20);
+
+/// How a node's life has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Over {
+    /// Somebody ended it.
+    Ended,
+    /// Somebody wants it to begin anew.
+    Restarts,
+}
+
+/// Runs the node until somebody ends it; as often as it is restarted.
 ///
 /// # Errors
 /// When the buses cannot be opened, or fail.
 pub(crate) fn run(args: &Args) -> Result<(), End> {
+    let asked = Arc::new(AtomicU8::new(0));
+    let asking = Arc::clone(&asked);
+    ctrlc::set_handler(move || {
+        asking.fetch_add(1, Ordering::Relaxed);
+    })
+    .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
+    while live(args, &asked)? == Over::Restarts {}
+    Ok(())
+}
+
+/// One life, from the start as of a processor.
+fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
     let printer = Printer::new(args.json);
     let mut station = Station {
         effector: args.effector,
@@ -49,12 +73,6 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         printer.tell(line);
     })?;
     station.mtu = opened.mtu;
-    let asked = Arc::new(AtomicU8::new(0));
-    let asking = Arc::clone(&asked);
-    ctrlc::set_handler(move || {
-        asking.fetch_add(1, Ordering::Relaxed);
-    })
-    .map_err(|error| End::new(exit::INTERNAL, format!("cannot listen to Ctrl-C: {error}")))?;
     let state = State::open(args.state.as_deref(), args.robot)?;
     let build = Build {
         station: &station,
@@ -72,13 +90,13 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
         lateness: Lateness::new(half.into()),
         beat: Beat::new(half),
         printer,
-        asked,
+        asked: Arc::clone(asked),
         id: NodeId::effector(args.effector).unwrap_or(NodeId::MP),
     };
     work.begin(args, &state);
-    let result = work.turn();
+    let over = work.turn();
     work.summary();
-    result.and(state.end())
+    state.end().and(over)
 }
 
 /// Random enough to tell this process from the one before.
@@ -153,7 +171,7 @@ impl Work {
         }));
     }
 
-    fn turn(&mut self) -> Result<(), End> {
+    fn turn(&mut self) -> Result<Over, End> {
         let mut rx = Vec::new();
         let mut panel: Option<Panel> = None;
         let mut failure: Option<End> = None;
@@ -199,7 +217,7 @@ impl Work {
                         Ended::InOrder => format!("{}: torque off", self.robot),
                         Ended::Cut => format!("{}: torque cut", self.robot),
                     });
-                    return failure.map_or(Ok(()), Err);
+                    return failure.map_or(Ok(Over::Ended), Err);
                 }
             }
             let Self {
@@ -220,6 +238,12 @@ impl Work {
             });
             rx.clear();
             report.state(now, node.state(), printer);
+            if node.restarts() {
+                // torque is off: this was granted for no other state
+                printer.tell(format!("{}: asked to restart", self.robot));
+                ports.wait_until(bus::now() + FAREWELL, &mut rx);
+                return Ok(Over::Restarts);
+            }
         }
     }
 

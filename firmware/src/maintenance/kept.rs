@@ -92,4 +92,7 @@ where
     fn identity(&self) -> Identity {
         self.node.identity()
     }
+    fn restarts(&self) -> bool {
+        self.keeper.restarts()
+    }
 }

@@ -43,6 +43,9 @@ enum Command {
     Flash(Flash),
     /// Keep the image that runs on trial; without this the other starts again at the next reset.
     Confirm(Asking),
+    /// Start it anew, with the image that was sent last if there is one; waits until it is back. Takes the lease; torque must
+    /// be off.
+    Restart(Asking),
     /// Make an image of a program: the header that a node checks, and the program.
     Pack(image::Pack),
 }
@@ -157,15 +160,20 @@ impl Node {
             }),
             Command::ResetCause(asking) => asking.talk(|client| {
                 let report = client.reset_cause()?;
-                let text = if asking.json {
-                    show::line(&show::reset_json(&report))
-                } else {
-                    format!("{}: started {}\n", client.name(), show::reset(&report))
-                };
-                Ok(written(out, &text))
+                Ok(written(
+                    out,
+                    &show::started(client.name(), &report, asking.json),
+                ))
             }),
             Command::Faults(faults) => faults.run(out),
             Command::Flash(flash) => flash.run(out),
+            Command::Restart(asking) => asking.talk(|client| {
+                let report = with_lease(client, |client| client.restart())?;
+                Ok(written(
+                    out,
+                    &show::started(client.name(), &report, asking.json),
+                ))
+            }),
             Command::Confirm(asking) => asking.talk(|client| {
                 with_lease(client, |client| {
                     client.confirm()?;

@@ -10,7 +10,7 @@ use host::mp::config::Config;
 use host::plot::{self, Picture, StepMark};
 use host::program::{Progress, Run, RunError, RunStatus, config_of};
 use host::record::{About, MasterStep};
-use host::summary::{BusSummary, MachinePart, RobotSummary, StepSummary, Summary};
+use host::summary::{BusSummary, Called, MachinePart, RobotSummary, StepSummary, Summary};
 use host::task::{Cell, Task};
 use protocol::id::NodeId;
 use protocol::message::{ServoLaw, StopKind};
@@ -142,7 +142,7 @@ pub(crate) fn run(task: Task, path: Option<&Path>, options: &Options) -> Result<
         title,
         duration_s,
         machine: MachinePart {
-            lateness: world.lateness().cloned(),
+            called: world.lateness().cloned().map(Called),
             ..MachinePart::measured(duration_s, started.elapsed().as_secs_f64())
         },
         seed,

@@ -134,7 +134,11 @@ impl Drawing {
     pub(super) fn title(&mut self, words: &str) {
         let room = self.width - 2.0 * TITLE_LEFT;
         let wide = font::width(words, TITLE_SIZE);
-        let size = TITLE_SIZE * (room / wide.max(room));
+        let size = if wide > room {
+            TITLE_SIZE * (room / wide)
+        } else {
+            TITLE_SIZE
+        };
         self.text([TITLE_LEFT, 34.0], size, Anchor::Start, INK, words);
     }
 

@@ -92,7 +92,7 @@ fn what_is_reproducible_does_not_know_the_wall_clock() {
     slow.machine = MachinePart::measured(62.5, 70.0);
     let mut late = Lateness::new(Duration::from_millis(20));
     late.record(Duration::from_micros(130));
-    slow.machine.lateness = Some(late);
+    slow.machine.called = Some(Called(late));
     let called =
         serde_json::from_str::<serde_json::Value>(&slow.to_json().unwrap()).unwrap()["called"]
             .take();

@@ -78,6 +78,7 @@ fn requests() -> Vec<(&'static str, MaintenanceRequest)> {
         ),
         ("confirm-image", MaintenanceRequest::ConfirmImage { epoch }),
         ("abort-image", MaintenanceRequest::AbortImage { epoch }),
+        ("restart", MaintenanceRequest::Restart { epoch }),
     ]
 }
 

@@ -156,8 +156,14 @@ fn a_node_is_updated_rolled_back_and_keeps_its_first_fault_over_a_restart() {
         seen(&bench.ask(&["info"])),
         ["0.1.0", "Confirmed", "PowerOn", "1"]
     );
-    end(node);
-    let mut node = bench.node();
+    let mut node = node;
+    let started = bench.ask(&["restart"]);
+    assert_eq!(
+        (&started["cause"], &started["boots"]),
+        (&"Software".into(), &2.into())
+    );
+    let again = node.event("ready", |_| true);
+    assert_eq!(again["boots"], 2);
     assert_eq!(
         seen(&bench.ask(&["info"])),
         ["0.2.0", "Trial", "Software", "2"]
@@ -173,10 +179,9 @@ fn a_node_is_updated_rolled_back_and_keeps_its_first_fault_over_a_restart() {
     );
     bench.ask(&["flash", &new]);
     end(node);
-    let node = bench.node();
-    assert_eq!(bench.ask(&["confirm"])["confirmed"], true);
-    end(node);
     let mut node = bench.node();
+    assert_eq!(bench.ask(&["confirm"])["confirmed"], true);
+    bench.ask(&["restart"]);
     assert_eq!(
         seen(&bench.ask(&["info"])),
         ["0.2.0", "Confirmed", "Software", "5"]

@@ -56,6 +56,15 @@ pub(super) fn reset_json(report: &ResetReport) -> Value {
     })
 }
 
+/// Why and when a node started.
+pub(super) fn started(name: &str, report: &ResetReport, json: bool) -> String {
+    if json {
+        line(&reset_json(report))
+    } else {
+        format!("{name}: started {}\n", reset(report))
+    }
+}
+
 const fn standing(standing: Standing) -> &'static str {
     match standing {
         Standing::Confirmed => "confirmed",
