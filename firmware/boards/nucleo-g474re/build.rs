@@ -8,10 +8,10 @@ fn main() {
     let memory = if env::var_os("CARGO_FEATURE_SLOT").is_some() {
         include_str!("slot.x")
     } else {
-        include_str!("memory.x")
+        include_str!("whole.x")
     };
     fs::write(out.join("memory.x"), memory).expect("a writable folder");
     println!("cargo:rustc-link-search={}", out.display());
-    println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rerun-if-changed=whole.x");
     println!("cargo:rerun-if-changed=slot.x");
 }

@@ -168,7 +168,10 @@ impl Node {
             Command::Faults(faults) => faults.run(out),
             Command::Flash(flash) => flash.run(out),
             Command::Restart(asking) => asking.talk(|client| {
-                let report = with_lease(client, |client| client.restart())?;
+                let report = with_lease(client, |client| {
+                    let report = client.restart()?;
+                    Ok(report)
+                })?;
                 Ok(written(
                     out,
                     &show::started(client.name(), &report, asking.json),

@@ -2,7 +2,10 @@
 
 use clap::Args;
 use firmware::update::image::{self, CRC, HEADER};
+use firmware::update::stm32g474;
 use host::error::Error;
+use object::Endianness;
+use object::read::elf::{ElfFile32, ProgramHeader as _, SectionHeader as _};
 use process::{End, exit};
 use protocol::maintenance::ImageHeader;
 use protocol::schema::SCHEMA_HASH;
@@ -10,13 +13,15 @@ use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
+/// The target with slots of its own address.
+const STM32G474: &str = "stm32g474";
 /// No microcontroller has a slot of this length, bytes.
 const MOST: u64 = 16 * 1024 * 1024;
 
 /// Make an image of a program.
 #[derive(Args, Debug)]
 pub(super) struct Pack {
-    /// The program: the bytes as they are in flash, linked for the address of an image.
+    /// The program, linked for the address of an image: an ELF file, or the bytes as they are in flash.
     program: PathBuf,
     /// The robot it controls.
     #[arg(long, value_parser = robot)]
@@ -83,10 +88,63 @@ fn wrong(path: &Path, what: impl std::fmt::Display) -> End {
     End::new(exit::DATA, format!("{}: {what}", path.display()))
 }
 
+/// What the sections of an ELF file put into flash, from their lowest address on; between them is erased flash. With
+/// `begin` that address must be this one. (Segments may have the file's own header in front.)
+fn flat(elf: &[u8], begin: Option<u32>) -> Result<Vec<u8>, String> {
+    let file = ElfFile32::<Endianness>::parse(elf).map_err(|error| error.to_string())?;
+    let (endian, elf) = (file.endian(), file.data());
+    let mut parts = Vec::new();
+    for section in file.elf_section_table().iter() {
+        if section.sh_flags(endian) & object::elf::SHF_ALLOC == 0 {
+            continue;
+        }
+        let bytes = section
+            .data(endian, elf)
+            .map_err(|error| error.to_string())?;
+        let at = section.sh_offset(endian);
+        // where a section is in flash is said by the segment it is in: one that runs in RAM has both addresses
+        let loaded = file.elf_program_headers().iter().find_map(|part| {
+            let inside = at.checked_sub(part.p_offset(endian))?;
+            let in_file =
+                part.p_type(endian) == object::elf::PT_LOAD && inside < part.p_filesz(endian);
+            in_file.then(|| u64::from(part.p_paddr(endian)) + u64::from(inside))
+        });
+        if let Some(address) = loaded.filter(|_| !bytes.is_empty()) {
+            parts.push((address, bytes));
+        }
+    }
+    parts.sort_by_key(|(address, _)| *address);
+    let first = parts.first().map_or(0, |(address, _)| *address);
+    if let Some(begin) = begin.filter(|begin| u64::from(*begin) != first) {
+        return Err(format!(
+            "linked for another address (expected {begin:08x}, got {first:08x})"
+        ));
+    }
+    let mut image = Vec::new();
+    for (address, bytes) in parts {
+        let at = usize::try_from(address - first).unwrap_or(usize::MAX);
+        if at < image.len() {
+            return Err(format!("two of its parts are at {address:08x}"));
+        }
+        if at.saturating_add(bytes.len()) as u64 > MOST {
+            return Err(format!("longer than {MOST} bytes"));
+        }
+        image.resize(at, 0xFF);
+        image.extend_from_slice(bytes);
+    }
+    Ok(image)
+}
+
 impl Pack {
     /// Writes the image.
     pub(super) fn run(self, out: &mut impl Write) -> Result<(), End> {
-        let bytes = read(&self.program)?;
+        let file = read(&self.program)?;
+        let bytes = if file.starts_with(&object::elf::ELFMAG) {
+            let begin = (self.target == STM32G474).then_some(stm32g474::IMAGE);
+            flat(&file, begin).map_err(|what| wrong(&self.program, what))?
+        } else {
+            file
+        };
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
         if length == 0 {
             return Err(wrong(&self.program, "empty"));

@@ -75,6 +75,111 @@ fn scratch(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("mrroc-{name}-{}", std::process::id()))
 }
 
+/// An ELF file for Arm with these loaded parts (address in flash, bytes).
+fn elf(parts: &[(u32, &[u8])]) -> Vec<u8> {
+    const HEADER: u32 = 52;
+    const PART: u32 = 32;
+    const SECTION: u32 = 40;
+    const LOAD: u32 = 1;
+    const BITS: u32 = 1;
+    const ALLOCATED: u32 = 2;
+    const RAM: u32 = 0x2000_0000;
+    let half = |file: &mut Vec<u8>, halves: &[u16]| {
+        file.extend(halves.iter().flat_map(|half| half.to_le_bytes()));
+    };
+    let word = |file: &mut Vec<u8>, words: &[u32]| {
+        file.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    };
+    let length = |bytes: &[u8]| u32::try_from(bytes.len()).unwrap();
+    // of each part one; and the header's segment, the null section and that of the names
+    let [segments, count] = [1, 2].map(|more| u16::try_from(parts.len() + more).unwrap());
+    let sections = HEADER + PART * u32::from(segments);
+    let data = sections + SECTION * u32::from(count);
+    let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
+    // executable, Arm; version, entry, segments, sections, flags
+    half(&mut file, &[2, 40]);
+    word(&mut file, &[1, 0, HEADER, sections, 0]);
+    half(&mut file, &[52, 32, segments, 40, count, count - 1]);
+    let mut at = data;
+    for (address, bytes) in parts {
+        let length = length(bytes);
+        // type, offset, virtual (it runs in RAM), physical, in the file, in memory, flags, alignment
+        word(&mut file, &[LOAD, at, RAM, *address, length, length, 5, 4]);
+        at += length;
+    }
+    // the file's own header, as linkers that map whole pages have it
+    let below = 0x0800_0000;
+    word(&mut file, &[LOAD, 0, below, below, data, data, 4, 4]);
+    word(&mut file, &[0; 10]);
+    at = data;
+    for (_, bytes) in parts {
+        let length = length(bytes);
+        // name, type, flags, virtual, offset, length, link, information, alignment, entry
+        word(
+            &mut file,
+            &[0, BITS, ALLOCATED, RAM, at, length, 0, 0, 4, 0],
+        );
+        at += length;
+    }
+    // one empty name, which is in the file's own header
+    word(&mut file, &[0, 3, 0, 0, 7, 1, 0, 0, 1, 0]);
+    file.extend(parts.iter().flat_map(|(_, bytes)| bytes.iter()));
+    file
+}
+
+#[test]
+fn an_elf_file_is_packed_as_it_is_in_flash() {
+    let (program, packed) = (scratch("elf"), scratch("elf-packed"));
+    let pack = |parts: &[(u32, &[u8])]| {
+        std::fs::write(&program, elf(parts)).unwrap();
+        let line = format!(
+            "node pack {} --robot rnt --target stm32g474 --image-version 1.2.3 -o {}",
+            program.display(),
+            packed.display()
+        );
+        of(&line).unwrap().run(&mut Vec::new())
+    };
+    // the second in front of the first, and erased flash between them
+    let parts: [(u32, &[u8]); 2] = [(0x0800_4808, &[5, 6, 7]), (0x0800_4800, &[1, 2, 3, 4])];
+    pack(&parts).unwrap();
+    let image = load(&packed).unwrap();
+    assert_eq!(image.bytes, [1, 2, 3, 4, 255, 255, 255, 255, 5, 6, 7]);
+    for (parts, word) in [
+        (
+            &[(0x0800_0000, &[1; 8][..])][..],
+            "expected 08004800, got 08000000",
+        ),
+        (
+            &[(0x0800_4800, &[1; 8]), (0x0800_4804, &[2; 8])],
+            "at 08004804",
+        ),
+        (
+            &[(0x0800_4800, &[1; 8]), (0x2000_0000, &[2; 8])],
+            "longer than",
+        ),
+    ] {
+        let end = pack(parts).unwrap_err();
+        assert_eq!(end.code, exit::DATA, "{word}");
+        assert!(end.text.contains(word), "{}", end.text);
+    }
+    let whole = elf(&parts);
+    for length in 4..whole.len() {
+        std::fs::write(&program, &whole[..length]).unwrap();
+        let line = format!(
+            "node pack {} --robot rnt --target host --image-version 1.2.3 -o {}",
+            program.display(),
+            packed.display()
+        );
+        let end = of(&line).unwrap().run(&mut Vec::new()).unwrap_err();
+        assert_eq!(
+            (end.code, end.text.lines().count()),
+            (exit::DATA, 1),
+            "{length}"
+        );
+    }
+    let _ = [program, packed].map(std::fs::remove_file);
+}
+
 #[test]
 fn a_packed_program_is_loaded_and_any_damage_is_told() {
     let (program, packed) = (scratch("program"), scratch("packed"));

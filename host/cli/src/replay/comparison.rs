@@ -91,8 +91,9 @@ impl Comparison {
             });
         };
         self.same += 1;
-        let alike = |(next_ns, next): &mut (u64, Frame)| next == frame && *next_ns < at_ns;
-        if waiting.pop_front_if(alike).is_some() {
+        let alike = |(next_ns, next): &(u64, Frame)| next == frame && *next_ns < at_ns;
+        if waiting.front().is_some_and(alike) {
+            waiting.pop_front();
             self.differs(Difference {
                 at_ns: made_ns,
                 bus,
