@@ -19,12 +19,14 @@
 //! | `operation` | power states, modes, brake, following the set-points |
 //! | `report` | what the objects tell |
 //! | `monitor` | what stops the axis without the node |
+//! | `controller` | how its CAN controller is, and what follows from it |
 //! | `scale` | drive units, increments, radians |
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at the index |
 //! | [`quirk`] | what drives in the field do otherwise |
 //! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
+mod controller;
 mod dictionary;
 mod homing;
 mod layer;
@@ -40,12 +42,13 @@ mod scale;
 pub(crate) mod servo;
 mod slots;
 
+use bus::wire::confinement::State;
 use protocol::canopen::cia402::{
     AbortConnection, Controlword, Mode, Options, Power, PowerState, output,
 };
 use protocol::canopen::emcy::{ErrorCode, ErrorRegister, History, Producer};
 use protocol::canopen::lss;
-use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
+use protocol::canopen::nmt::{self, HeartbeatConsumer, HeartbeatProducer};
 use protocol::canopen::node::NodeId;
 use protocol::canopen::objects::{Object, eds};
 use protocol::canopen::pdo::{Communication, Mapping, Rpdo, Tpdo, Transmission};
@@ -100,7 +103,7 @@ pub struct SimDrive {
     scale: Scale,
     // Network
     lss: lss::Slave,
-    nmt: State,
+    nmt: nmt::State,
     boot_at_ns: u64,
     producer: HeartbeatProducer,
     consumer: Option<HeartbeatConsumer>,
@@ -113,6 +116,7 @@ pub struct SimDrive {
     outbox: Vec<Frame>,
     poll_at_ns: u64,
     silent: bool,
+    can: State,
     // Operation
     power: Power,
     options: Options,
@@ -175,7 +179,7 @@ impl SimDrive {
             scale: Scale::read(&od),
             lss: lss::Slave::new(identity(&od), Some(node)),
             od,
-            nmt: State::Initialising,
+            nmt: nmt::State::Initialising,
             boot_at_ns: now_ns,
             producer: HeartbeatProducer::new(Micros(0), Micros(0)),
             consumer: None,
@@ -188,6 +192,7 @@ impl SimDrive {
             outbox: Vec::with_capacity(8),
             poll_at_ns: 0,
             silent: false,
+            can: State::Active,
             power: Power::NotReady,
             options: Options::default(),
             controlword: Controlword::default(),
@@ -229,9 +234,15 @@ impl SimDrive {
         self.node
     }
 
+    /// Transmit mailboxes of its CAN controller.
+    #[must_use]
+    pub const fn mailboxes(&self) -> usize {
+        self.p.mailboxes
+    }
+
     /// The NMT state.
     #[must_use]
-    pub const fn nmt_state(&self) -> State {
+    pub const fn nmt_state(&self) -> nmt::State {
         self.nmt
     }
 
@@ -297,7 +308,7 @@ impl SimDrive {
 
     fn flush(&mut self, out: &mut impl FnMut(Frame)) {
         for frame in self.outbox.drain(..) {
-            if !self.silent {
+            if !self.silent && self.can != State::BusOff {
                 out(frame);
             }
         }

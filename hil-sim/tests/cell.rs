@@ -21,6 +21,8 @@ use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::{RobotKind, TrackRule};
 
+#[path = "cell/bus_faults.rs"]
+mod bus_faults;
 #[path = "cell/quirks.rs"]
 mod quirks;
 
@@ -348,6 +350,7 @@ fn disturbed_in_motion(count: u32) -> Coordinator {
         from_ns,
         // SYNC, which only the node sends
         id: Some(Id::Standard(0x080)),
+        sender: None,
         count,
         disturbance: Disturbance::Bit(10),
     });

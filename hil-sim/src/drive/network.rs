@@ -264,7 +264,7 @@ impl SimDrive {
     }
 
     /// A communication error of CiA 301: the axis stops by 6007, the NMT state follows 1029.
-    fn communication_failed(&mut self, code: ErrorCode) {
+    pub(super) fn communication_failed(&mut self, code: ErrorCode) {
         self.connection_lost(code);
         let behaviour = u8::try_from(self.od.get(slots::ERROR_BEHAVIOUR)).ok();
         let behaviour = behaviour.and_then(ErrorBehaviour::from_code);
