@@ -56,7 +56,7 @@ use protocol::canopen::sdo::Server;
 use protocol::frame::Frame;
 use protocol::time::Micros;
 
-use crate::plant::axis::{Drive, Sensed};
+use crate::plant::axis::{Drive, EncoderFault, Sensed};
 use dictionary::Dictionary;
 use homing::Homing;
 use parameters::DriveParameters;
@@ -73,8 +73,8 @@ pub enum DriveFault {
     /// The drive neither sends nor receives; its axis goes on by the last set-point until the
     /// drive's own monitoring stops it.
     Silent,
-    /// The encoder count is frozen.
-    EncoderStuck,
+    /// The encoder tells something else.
+    Encoder(EncoderFault),
     /// The home switch is stuck at this level.
     SwitchStuck(bool),
     /// The encoder gives no index pulse.
@@ -138,6 +138,12 @@ pub struct SimDrive {
     whims: quirk::Whims,
     last_sync_ns: Option<u64>,
     missed: u8,
+    /// Where the first index was since power-up, counts modulo a turn.
+    index: Option<i64>,
+    /// When a ramp that leads to torque off has taken too long, ns.
+    ramp_ends_ns: u64,
+    /// How fast the axis was when it began, rad/s.
+    ramp_began_rad_s: f64,
     over_current_since_ns: Option<u64>,
     following_since_ns: Option<u64>,
     abort_connection: AbortConnection,
@@ -212,6 +218,9 @@ impl SimDrive {
             whims: quirk::Whims::default(),
             last_sync_ns: None,
             missed: 0,
+            index: None,
+            ramp_ends_ns: 0,
+            ramp_began_rad_s: 0.0,
             over_current_since_ns: None,
             following_since_ns: None,
             abort_connection: AbortConnection::QuickStop,
@@ -246,6 +255,12 @@ impl SimDrive {
         self.nmt
     }
 
+    /// The last error since the last reset (object 603F).
+    #[must_use]
+    pub const fn error_code(&self) -> ErrorCode {
+        self.errors.code
+    }
+
     /// The power state.
     #[must_use]
     pub const fn power_state(&self) -> PowerState {
@@ -272,7 +287,7 @@ impl SimDrive {
             Some(DriveFault::Trip(code)) => Some(code),
             Some(
                 DriveFault::Silent
-                | DriveFault::EncoderStuck
+                | DriveFault::Encoder(_)
                 | DriveFault::SwitchStuck(_)
                 | DriveFault::IndexMissing,
             )

@@ -23,8 +23,12 @@ use robots::{RobotKind, TrackRule};
 
 #[path = "cell/bus_faults.rs"]
 mod bus_faults;
+#[path = "cell/encoder_faults.rs"]
+mod encoder_faults;
 #[path = "cell/quirks.rs"]
 mod quirks;
+#[path = "cell/scenario.rs"]
+mod scenario;
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,

@@ -18,6 +18,13 @@ use super::{Errors, Scale, SimDrive, Stage, slots};
 /// The deceleration of stage changes that find the axis standing, rad/s².
 const HOLD_RAMP: f64 = 1000.0;
 
+/// An axis that becomes faster by this in a ramp down runs away: torque off at once, rad/s. ASSUMED.
+const RUNAWAY_RAD_S: f64 = 5.0;
+/// A ramp that takes longer than it should by this factor and time ends in torque off all the same: the encoder may be
+/// what is wrong. ASSUMED.
+const RAMP_FACTOR: f64 = 1.5;
+const RAMP_GRACE_NS: u64 = 200 * super::parameters::MS;
+
 impl SimDrive {
     /// Reads the objects of the profile again.
     pub(super) fn configure_motion(&mut self) {
@@ -77,6 +84,16 @@ impl SimDrive {
             Ramp::QuickStop => slots::QUICK_STOP_DECELERATION,
         };
         f64::from(self.od.get(slot)) / self.scale.units_per_rad
+    }
+
+    /// How long a ramp from the present velocity may take, ns.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "saturates, and is positive"
+    )]
+    fn ramp_ns(&self, ramp: Ramp) -> u64 {
+        (RAMP_FACTOR * 1e9 * self.servo.velocity_rad_s().abs() / self.ramp(ramp)) as u64
     }
 
     fn stand(&mut self, ramp: Ramp) {
@@ -201,6 +218,8 @@ impl SimDrive {
             Action::Resume => self.missed = 0,
             Action::Ramp(ramp) => {
                 self.way = Way::default();
+                self.ramp_ends_ns = self.now_ns + RAMP_GRACE_NS + self.ramp_ns(ramp);
+                self.ramp_began_rad_s = self.servo.velocity_rad_s().abs();
                 self.stand(ramp);
             }
             Action::SwitchOff => {
@@ -254,7 +273,9 @@ impl SimDrive {
         }
         match self.power {
             Power::Leaving { .. } | Power::QuickStop { stand: false } | Power::FaultReaction => {
-                if self.servo.stands() {
+                let speed = self.servo.velocity_rad_s().abs();
+                let runs_away = speed > self.ramp_began_rad_s + RUNAWAY_RAD_S;
+                if self.servo.stands() || runs_away || self.now_ns >= self.ramp_ends_ns {
                     self.transition(Event::Standstill);
                 }
             }

@@ -218,7 +218,7 @@ impl SimRobot {
         };
         let mut broken = Broken::default();
         match fault {
-            Some(DriveFault::EncoderStuck) => broken.encoder = true,
+            Some(DriveFault::Encoder(wrong)) => broken.encoder = Some(wrong),
             Some(DriveFault::SwitchStuck(level)) => broken.switch = Some(level),
             Some(DriveFault::IndexMissing) => broken.index = true,
             Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}

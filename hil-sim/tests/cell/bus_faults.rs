@@ -1,50 +1,8 @@
 //! Faults of a drive bus: who goes off it, and what the node and the drives do about it.
 
+use super::scenario::{ends, moving, rests, resumes};
 use super::*;
 use bus::wire::{BusFault, Tap};
-
-/// The servo step, µs.
-const STEP_US: u64 = 2000;
-
-/// Counts SYNCs: the node's servo steps.
-#[derive(Default)]
-struct Syncs(u32);
-
-impl Observer for Syncs {
-    fn frame(&mut self, bus: usize, _: u64, frame: &Frame) {
-        if bus == DRIVE_BUS && frame.data().is_empty() && frame.id() == Id::Standard(0x080) {
-            self.0 += 1;
-        }
-    }
-}
-
-/// A move under way, and the number of the last servo step.
-fn moving() -> (Coordinator, u32) {
-    let mut syncs = Syncs::default();
-    let mut c = Coordinator::new(RobotKind::Irp6Postument, ServoLaw::DrivePosition);
-    for _ in 0..50 {
-        c.macrostep(&mut syncs);
-    }
-    let (counted, at) = (syncs.0, c.cell.now().0);
-    c.enable();
-    let request = Request::Execute {
-        epoch: c.epoch,
-        id: 1,
-        start_at: Micros(0),
-        instruction: Instruction::MoveMotors {
-            target: [60.0, 20.0, 20.0, 20.0, 20.0, 20.0].into_iter().collect(),
-            relative: true,
-            speeds: speeds(6, 0.5),
-        },
-    };
-    assert_eq!(c.request(&request), Reply::Accepted);
-    c.wait("moving", 2.0, |f| f.state == NodeState::Moving);
-    for _ in 0..10 {
-        c.macrostep(&mut ());
-    }
-    let passed = (c.cell.now().0 - at) / STEP_US;
-    (c, counted + u32::try_from(passed).unwrap())
-}
 
 fn break_bus(c: &mut Coordinator, fault: Option<BusFault>) {
     assert!(c.cell.set_bus_fault(DRIVE_BUS, fault));
@@ -52,41 +10,6 @@ fn break_bus(c: &mut Coordinator, fault: Option<BusFault>) {
 
 fn bus_state(c: &mut Coordinator, tap: Tap) -> State {
     c.cell.wire_mut(DRIVE_BUS).unwrap().state(tap)
-}
-
-/// The fault the node ends with, and after how many steps.
-fn ends(c: &mut Coordinator, onset: u32) -> (Cause, Option<u8>, u32) {
-    c.wait("faulted", 3.0, |f| f.state == NodeState::Faulted);
-    let fault = c.feedback.as_ref().and_then(|f| f.fault).unwrap();
-    assert_eq!(fault.during, NodeState::Moving);
-    (fault.cause, fault.axis, fault.step - onset)
-}
-
-fn motors(c: &Coordinator) -> Vec<f64> {
-    c.cell.robots().next().unwrap().1.motor_rad().to_vec()
-}
-
-/// Once the brakes have closed nothing moves by more than an encoder increment in a second, however the bus is.
-fn rests(c: &mut Coordinator) {
-    for _ in 0..25 {
-        c.macrostep(&mut ());
-    }
-    let before = motors(c);
-    for _ in 0..50 {
-        c.macrostep(&mut ());
-    }
-    for (before, after) in before.iter().zip(motors(c)) {
-        assert!((after - before).abs() < 1.6e-3, "{before} {after}");
-    }
-}
-
-/// Back to torque after the node was told that the fault is known.
-fn resumes(c: &mut Coordinator) {
-    let epoch = c.epoch;
-    assert_eq!(c.request(&Request::Acknowledge { epoch }), Reply::Accepted);
-    c.wait("configured", 5.0, |f| f.state == NodeState::Disabled);
-    assert_eq!(c.request(&Request::Enable { epoch }), Reply::Accepted);
-    c.wait("enabled", 3.0, |f| f.state == NodeState::Unsynchronised);
 }
 
 #[test]

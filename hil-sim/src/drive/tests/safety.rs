@@ -6,6 +6,7 @@ use protocol::canopen::node::{NodeId, frame};
 
 use super::bench::{Bench, axis_setup, units};
 use crate::drive::DriveFault;
+use crate::plant::axis::EncoderFault;
 
 /// A bench that moves at 20 rad/s in csp.
 fn moving() -> Bench {
@@ -163,7 +164,9 @@ fn a_fault_stops_latches_and_is_reset_by_an_edge_only() {
 fn a_frozen_encoder_is_a_following_error() {
     let mut bench = moving();
     bench.write(0x6065, &units(0.5).to_le_bytes());
-    bench.robot.inject(0, Some(DriveFault::EncoderStuck));
+    bench
+        .robot
+        .inject(0, Some(DriveFault::Encoder(EncoderFault::Frozen)));
     run(&mut bench, 100);
     assert!(
         bench.emergencies().contains(&ErrorCode::FOLLOWING_ERROR),
