@@ -129,6 +129,8 @@ pub struct SimDrive {
     probe: Probe,
     offset: servo::Offset,
     limit_nm: f64,
+    /// Is a stop at the voltage limit under way?
+    unlimited: bool,
     period_ns: u64,
     halted: bool,
     cut: bool,
@@ -210,6 +212,7 @@ impl SimDrive {
             probe: Probe::default(),
             offset: servo::Offset::default(),
             limit_nm: 0.0,
+            unlimited: false,
             period_ns: 2 * parameters::MS,
             halted: false,
             cut: false,
@@ -349,7 +352,7 @@ impl SimDrive {
             Stage::Off | Stage::Closing(_) => false,
         };
         let measured = self.scale.rad(self.sensed.count);
-        let torque_nm = self.servo.step(measured, self.offset, self.limit_nm);
+        let torque_nm = self.servo.step(measured, self.offset, self.greatest_nm());
         Drive {
             torque_nm,
             release_brake,

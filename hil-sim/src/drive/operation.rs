@@ -12,8 +12,11 @@ use protocol::units::{modulo, nearest};
 
 use super::homing::{Homing, View, Want};
 use super::profile::Way;
-use super::servo::Offset;
+use super::servo::{Offset, Setpoint};
 use super::{Errors, Scale, SimDrive, Stage, slots};
+
+/// What the power stage can, beside the rated torque (see [`super::parameters::DriveParameters::new`]), ‰.
+const PEAK_PER_MILLE: f64 = 4000.0;
 
 /// The deceleration of stage changes that find the axis standing, rad/s².
 const HOLD_RAMP: f64 = 1000.0;
@@ -78,12 +81,23 @@ impl SimDrive {
         period
     }
 
-    fn ramp(&self, ramp: Ramp) -> f64 {
+    /// The deceleration of a ramp, rad/s²; none where the torque limits it.
+    fn ramp(&self, ramp: Ramp) -> Option<f64> {
         let slot = match ramp {
             Ramp::SlowDown => slots::PROFILE_DECELERATION,
             Ramp::QuickStop => slots::QUICK_STOP_DECELERATION,
+            Ramp::CurrentLimit | Ramp::VoltageLimit => return None,
         };
-        f64::from(self.od.get(slot)) / self.scale.units_per_rad
+        Some(f64::from(self.od.get(slot)) / self.scale.units_per_rad)
+    }
+
+    /// The greatest torque now, N·m: a stop at the voltage limit may use all that the power stage has.
+    pub(super) fn greatest_nm(&self) -> f64 {
+        if self.unlimited && self.servo.setpoint() == Setpoint::Brake {
+            PEAK_PER_MILLE * self.scale.nm_per_mille
+        } else {
+            self.limit_nm
+        }
     }
 
     /// How long a ramp from the present velocity may take, ns.
@@ -93,12 +107,18 @@ impl SimDrive {
         reason = "saturates, and is positive"
     )]
     fn ramp_ns(&self, ramp: Ramp) -> u64 {
-        (RAMP_FACTOR * 1e9 * self.servo.velocity_rad_s().abs() / self.ramp(ramp)) as u64
+        // at its torque limit an axis needs about what a slow-down takes, or there is something wrong with it
+        let least = self.ramp(ramp).or(self.ramp(Ramp::SlowDown));
+        let way = self.servo.velocity_rad_s().abs();
+        least.map_or(0, |ramp| (RAMP_FACTOR * 1e9 * way / ramp) as u64)
     }
 
     fn stand(&mut self, ramp: Ramp) {
-        let decelerate = self.ramp(ramp);
-        self.servo.jog(0.0, decelerate);
+        match self.ramp(ramp) {
+            Some(decelerate) => self.servo.jog(0.0, decelerate),
+            None => self.servo.brake(),
+        }
+        self.unlimited = ramp == Ramp::VoltageLimit;
         self.offset = Offset::default();
     }
 

@@ -6,4 +6,5 @@ mod homing;
 mod network;
 mod safety;
 mod services;
+mod stops;
 mod way;

@@ -9,7 +9,7 @@ use crate::drive::DriveFault;
 use crate::plant::axis::EncoderFault;
 
 /// A bench that moves at 20 rad/s in csp.
-fn moving() -> Bench {
+pub(super) fn moving() -> Bench {
     let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csp);
     run(&mut bench, 100);
@@ -23,7 +23,7 @@ fn moving() -> Bench {
 }
 
 /// Goes on at 20 rad/s from the last target.
-fn run(bench: &mut Bench, cycles: u32) {
+pub(super) fn run(bench: &mut Bench, cycles: u32) {
     for _ in 0..cycles {
         if let Target::Position(position) = bench.target {
             bench.target = Target::Position(position + units(0.04));

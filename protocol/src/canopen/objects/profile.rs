@@ -20,7 +20,7 @@ pub(super) const TABLE: [Object; COUNT] = [
     Object::number(0x603F, 0, "Error code", U16, Read, Transmit, 0),
     Object::number(0x6040, 0, "Controlword", U16, Write, Both, 0),
     Object::number(0x6041, 0, "Statusword", U16, Read, Transmit, 0),
-    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2).within(0, 6),
+    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2).within(0, 8),
     Object::number(0x605B, 0, "Shutdown option code", I16, Write, No, 0).within(0, 1),
     Object::number(
         0x605C,
@@ -32,8 +32,8 @@ pub(super) const TABLE: [Object; COUNT] = [
         1,
     )
     .within(0, 1),
-    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1).within(1, 2),
-    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2).within(0, 2),
+    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1).within(1, 4),
+    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2).within(0, 4),
     Object::number(0x6060, 0, "Modes of operation", I8, Write, Both, 0).within(0, 10),
     Object::number(
         0x6061,
