@@ -22,7 +22,7 @@
 //! | `controller` | how its CAN controller is, and what follows from it |
 //! | `scale` | drive units, increments, radians |
 //! | `servo` | set-point generation, observer, position and velocity control |
-//! | `homing`, `probe` | homing inside the drive; the position at the index |
+//! | `homing`, `probe` | homing inside the drive; the position at an edge |
 //! | [`quirk`] | what drives in the field do otherwise |
 //! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
@@ -60,7 +60,7 @@ use crate::plant::axis::{Drive, EncoderFault, Sensed};
 use dictionary::Dictionary;
 use homing::Homing;
 use parameters::DriveParameters;
-use probe::Probe;
+use probe::Probes;
 use profile::Way;
 use scale::{Scale, to_i32};
 use servo::Servo;
@@ -126,7 +126,9 @@ pub struct SimDrive {
     servo: Servo,
     homing: Homing,
     way: Way,
-    probe: Probe,
+    probes: Probes,
+    /// Digital inputs for whoever needs them: probe inputs 1 and 2 are the first.
+    external: u16,
     offset: servo::Offset,
     limit_nm: f64,
     /// Is a stop at the voltage limit under way?
@@ -209,7 +211,8 @@ impl SimDrive {
             servo: Servo::new(p, dt_s),
             homing: Homing::Idle,
             way: Way::default(),
-            probe: Probe::default(),
+            probes: Probes::default(),
+            external: 0,
             offset: servo::Offset::default(),
             limit_nm: 0.0,
             unlimited: false,
@@ -281,6 +284,12 @@ impl SimDrive {
     pub fn outputs(&self) -> u16 {
         let driven = self.od.get(slots::DIGITAL_OUTPUTS) & self.od.get(slots::DIGITAL_OUTPUT_MASK);
         output::tool(driven)
+    }
+
+    /// Levels of the 16 digital inputs for whoever needs them (object 60FD from bit 16 on); the first two are probe
+    /// inputs 1 and 2.
+    pub const fn set_inputs(&mut self, levels: u16) {
+        self.external = levels;
     }
 
     /// Puts a fault in, or takes all faults out. Faults of receptors are the plant's.

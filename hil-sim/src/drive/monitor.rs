@@ -29,7 +29,7 @@ impl SimDrive {
         if let Some(count) = sensed.index {
             self.check_lines(count);
         }
-        let latched = sensed.index.is_some_and(|count| self.probe.on_index(count));
+        let latched = self.probe();
         if changed || latched {
             self.poll_at_ns = 0;
         }

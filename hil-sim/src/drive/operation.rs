@@ -271,7 +271,7 @@ impl SimDrive {
         self.errors = Errors::default();
         self.last_sync_ns = None;
         self.scale.offset = 0;
-        self.probe.set_function(0);
+        self.probes.set_function(0);
     }
 
     /// Between SYNCs: stage times, ramps that end, homing.
@@ -375,15 +375,6 @@ impl SimDrive {
             return (near, false);
         }
         self.within_soft_limits(wanted)
-    }
-
-    pub(super) fn on_probe_function(&mut self) {
-        let [low, high, ..] = self.od.get(slots::TOUCH_PROBE).to_le_bytes();
-        let before = self.probe.status();
-        self.probe.set_function(u16::from_le_bytes([low, high]));
-        if self.probe.status() != before {
-            self.poll_at_ns = 0;
-        }
     }
 
     fn reset_fault(&mut self) {

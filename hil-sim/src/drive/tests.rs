@@ -4,6 +4,7 @@ mod bench;
 mod cyclic;
 mod homing;
 mod network;
+mod probing;
 mod safety;
 mod services;
 mod stops;

@@ -229,6 +229,13 @@ impl SimRobot {
         true
     }
 
+    /// Sets the 16 free digital inputs of an axis' drive, the first two of which are its probe inputs. `false` if there
+    /// is no such axis.
+    pub fn set_inputs(&mut self, axis: usize, levels: u16) -> bool {
+        let drive = self.drives.get_mut(axis).map(|axis| &mut axis.drive);
+        drive.map(|drive| drive.set_inputs(levels)).is_some()
+    }
+
     /// Breaks or mends the receptors of an axis, in more ways than [`DriveFault`] has. `false` if there is no
     /// such axis.
     pub fn set_broken(&mut self, axis: usize, broken: Broken) -> bool {

@@ -43,7 +43,7 @@ const fn of(first: u16, last: u16, kind: Kind, name: &'static str) -> Group {
 }
 
 /// Every index with sub-indices.
-pub const GROUPS: [Group; 20] = [
+pub const GROUPS: [Group; 21] = [
     of(0x1003, 0x1003, Kind::Array, "Pre-defined error field"),
     of(0x1010, 0x1010, Kind::Array, "Store parameters"),
     of(0x1011, 0x1011, Kind::Array, "Restore default parameters"),
@@ -62,6 +62,7 @@ pub const GROUPS: [Group; 20] = [
     of(0x6092, 0x6092, Kind::Array, "Feed constant"),
     of(0x6099, 0x6099, Kind::Array, "Homing speeds"),
     of(0x60C2, 0x60C2, Kind::Record, "Interpolation time period"),
+    of(0x60D0, 0x60D0, Kind::Array, "Touch probe source"),
     of(0x60E3, 0x60E3, Kind::Array, "Supported homing methods"),
     of(0x60FE, 0x60FE, Kind::Array, "Digital outputs"),
 ];
