@@ -58,6 +58,7 @@ use protocol::time::Micros;
 
 use crate::plant::axis::{Drive, EncoderFault, Sensed};
 use dictionary::Dictionary;
+pub use dictionary::program::{CAPACITY as PROGRAM_CAPACITY, flash};
 use homing::Homing;
 use parameters::DriveParameters;
 use probe::Probes;
@@ -107,7 +108,7 @@ pub struct SimDrive {
     boot_at_ns: u64,
     producer: HeartbeatProducer,
     consumer: Option<HeartbeatConsumer>,
-    server: Server,
+    server: Box<Server<PROGRAM_CAPACITY>>,
     answer: Option<(u64, [u8; 8])>,
     rpdo: [Rpdo; 4],
     tpdo: [Tpdo; 4],
@@ -193,7 +194,7 @@ impl SimDrive {
             boot_at_ns: now_ns,
             producer: HeartbeatProducer::new(Micros(0), Micros(0)),
             consumer: None,
-            server: Server::default(),
+            server: Box::default(),
             answer: None,
             rpdo: [(); 4].map(|()| Rpdo::new(unused, Mapping::default())),
             tpdo: [(); 4].map(|()| Tpdo::new(unused, Mapping::default())),

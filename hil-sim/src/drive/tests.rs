@@ -5,6 +5,7 @@ mod cyclic;
 mod homing;
 mod network;
 mod probing;
+mod program;
 mod safety;
 mod services;
 mod stops;

@@ -38,6 +38,14 @@ pub const RPDO_MAPPING: u16 = 0x1600;
 pub const TPDO_COMMUNICATION: u16 = 0x1800;
 /// Mapping of the first TPDO.
 pub const TPDO_MAPPING: u16 = 0x1A00;
+/// Program data.
+pub const PROGRAM_DATA: u16 = 0x1F50;
+/// Program control.
+pub const PROGRAM_CONTROL: u16 = 0x1F51;
+/// Program software identification: here the CRC-32 of the program.
+pub const PROGRAM_IDENTIFICATION: u16 = 0x1F56;
+/// Flash status identification.
+pub const FLASH_STATUS: u16 = 0x1F57;
 /// What the person who commissioned the axis wants to remember.
 pub const NOTE: u16 = 0x2000;
 /// Abort-connection option code.
