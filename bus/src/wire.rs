@@ -22,12 +22,13 @@
 //!
 //! A frame that nobody acknowledges, or that a [`Fault`] hits, ends in an error frame and is sent again;
 //! error counters, error-passive and bus-off are those of [`confinement`]. Whoever is detached or bus-off
-//! hears nothing ([`Delivery::reaches`]).
+//! hears nothing ([`Delivery::reaches`]). A [`BusFault`] is wrong with the wire as a whole.
 //!
 //! Not modelled: propagation delay, overload frames but those that follow a doubted end. Two taps that offer the same identifier
 //! at the same time would collide on a real bus; here the lower tap wins and
 //! [`Statistics::collisions`] counts it.
 
+mod bus_fault;
 pub mod confinement;
 mod controller;
 mod fault;
@@ -36,9 +37,11 @@ mod post;
 mod queue;
 mod sending;
 
+pub use bus_fault::{BusFault, UnknownBusFault};
 pub use fault::{Disturbance, Fault, Taps};
 pub use post::{DEFAULT_CAPACITY, Outbox, PostError};
 
+use bus_fault::Dominance;
 use confinement::{Counters, State};
 use controller::Controller;
 use fault::Faults;
@@ -154,6 +157,9 @@ pub struct Wire {
     statistics: Statistics,
     controllers: Vec<Controller>,
     faults: Faults,
+    bus_fault: Option<BusFault>,
+    /// While a dominant level is stuck on the wire.
+    dominance: Option<Dominance>,
     /// No controller has to do with errors: the common case, which costs nothing.
     plain: bool,
 }
@@ -172,6 +178,8 @@ impl Wire {
             statistics: Statistics::default(),
             controllers: vec![Controller::default(); taps],
             faults: Faults::default(),
+            bus_fault: None,
+            dominance: None,
             plain: true,
         }
     }
@@ -269,7 +277,8 @@ impl Wire {
             }
         }
         self.now_ns = self.now_ns.max(until_ns);
-        if self.on_bus.is_none() && !self.plain {
+        self.dominate();
+        if self.on_bus.is_none() && self.dominance.is_none() && !self.plain {
             let bit_ns = self.bit_ns();
             for controller in &mut self.controllers {
                 controller.idle_until(self.now_ns, bit_ns);
@@ -296,7 +305,18 @@ impl Wire {
         if let Some(controller) = self.controllers.get_mut(tap) {
             controller.detached = !attached;
         }
-        self.plain = self.controllers.iter().all(Controller::is_plain);
+        self.refresh();
+    }
+
+    /// Whether what costs nothing is enough.
+    fn refresh(&mut self) {
+        self.plain = self.bus_fault.is_none() && self.controllers.iter().all(Controller::is_plain);
+    }
+
+    /// Has nobody on it to do with errors?
+    #[must_use]
+    pub const fn is_plain(&self) -> bool {
+        self.plain
     }
 
     /// Tells the controller of a tap to recover from bus-off: after 128 times eleven recessive bits it

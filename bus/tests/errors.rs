@@ -30,6 +30,7 @@ fn always(count: u32, disturbance: Disturbance) -> Fault {
     Fault {
         from_ns: 0,
         id: None,
+        sender: None,
         count,
         disturbance,
     }
@@ -264,10 +265,12 @@ fn any_disturbance() -> impl Strategy<Value = Disturbance> {
 
 fn any_fault() -> impl Strategy<Value = Fault> {
     let id = proptest::option::of(0..8u16);
-    (0..3_000_000u64, id, 1..5u32, any_disturbance()).prop_map(
-        |(from_ns, id, count, disturbance)| Fault {
+    let sender = proptest::option::of(0..4usize);
+    (0..3_000_000u64, id, sender, 1..5u32, any_disturbance()).prop_map(
+        |(from_ns, id, sender, count, disturbance)| Fault {
             from_ns,
             id: id.map(Id::Standard),
+            sender,
             count,
             disturbance,
         },

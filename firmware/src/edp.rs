@@ -15,6 +15,7 @@ pub mod mode;
 mod queue;
 pub mod servo;
 mod setup;
+mod stuck;
 mod supervise;
 mod synchronise;
 
@@ -35,6 +36,7 @@ use protocol::frame::Frame;
 use protocol::message::{HomingPhase, NodeState, ServoLaw};
 use protocol::time::Micros;
 use robots::{Motors, Robot};
+use stuck::Stuck;
 use synchronise::HomingRun;
 
 /// What homing reports to the outside.
@@ -65,6 +67,7 @@ pub struct Edp<R, const N: usize> {
     last_knot_at: Micros,
     queue_end: Motors<N>,
     overcurrent: [u8; N],
+    stuck: [Stuck; N],
     enabling_since: Micros,
     quick_stop_taken: bool,
     /// A feed hold ends the path: nothing of what is left of it will be run.
@@ -100,6 +103,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             last_knot_at: Micros(0),
             queue_end: Motors([0.0; N]),
             overcurrent: [0; N],
+            stuck: [Stuck::default(); N],
             enabling_since: now,
             quick_stop_taken: false,
             coming_to_rest: false,

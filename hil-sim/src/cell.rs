@@ -4,10 +4,11 @@
 //! MP is not here: it is one more tap of the MP wire, and whoever runs it calls [`Cell::advance`].
 //! Nothing reads a clock, so the same inputs give the same bytes.
 
+use crate::drive::SimDrive;
 use crate::drive::quirk::Quirks;
 use crate::plant::parameters::{RobotSetup, robot};
-use crate::plant::robot::{SUBSTEP_NS, Sent, SetupError, SimRobot};
-use bus::wire::{Kind, PostError, Statistics, Tap, Wire};
+use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
+use bus::wire::{BusFault, Kind, PostError, Statistics, Tap, Wire};
 use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
 use protocol::budget::Rates;
 use protocol::frame::Frame;
@@ -18,8 +19,6 @@ use robots::{Robot, RobotKind, RobotVisitor};
 const MP_TAP: Tap = 0;
 /// The tap of the node on its drive wires.
 const NODE_TAP: Tap = 0;
-/// The tap of the drives on their wire: the identifiers decide among them as among taps.
-const DRIVES_TAP: Tap = 1;
 
 /// Looks on without taking part: records, measures, draws.
 pub trait Observer {
@@ -83,6 +82,12 @@ struct Place {
     node: Box<dyn NodeProcess + Send>,
     robot: SimRobot,
     wires: Vec<Wire>,
+    /// The tap of each axis' drive on its wire.
+    taps: Vec<Tap>,
+    /// The bus and the tap of the force sensor, once it has sent.
+    force_tap: Option<(usize, Tap)>,
+    /// Has no drive's CAN controller to do with errors?
+    calm: bool,
     /// For the node's next step, with the ns of their ends.
     rx: Vec<(u64, Received)>,
     spill: Vec<Sent>,
@@ -165,11 +170,27 @@ impl Cell {
             self.names.push(format!("{kind}.{bus}"));
         }
         self.mp_wire.add_tap();
+        let mut wires: Vec<Wire> = (0..buses).map(|_| Wire::new(Kind::Classic, 1)).collect();
+        let mut taps = Vec::with_capacity(drives.len());
+        for (axis, drive) in drives.iter().enumerate() {
+            let Some(wire) = wires.get_mut(usize::from(drive.bus)) else {
+                continue;
+            };
+            let tap = wire.add_tap();
+            wire.set_mailboxes(
+                tap,
+                robot.drive(axis).map_or(usize::MAX, SimDrive::mailboxes),
+            );
+            taps.push(tap);
+        }
         self.places.push(Place {
             kind,
             node,
             robot,
-            wires: (0..buses).map(|_| Wire::new(Kind::Classic, 2)).collect(),
+            wires,
+            taps,
+            force_tap: None,
+            calm: true,
             rx: Vec::new(),
             spill: Vec::new(),
             first_bus,
@@ -187,10 +208,20 @@ impl Cell {
     }
 
     /// A bus, to disturb it; `bus` is its number in [`Self::bus_names`]. On the MP's wire tap 0 is the MP and
-    /// tap j the node of the j-th robot, on a drive wire tap 0 the node and tap 1 its drives.
+    /// tap j the node of the j-th robot, on a drive wire tap 0 the node, tap k the k-th of its drives in the order
+    /// of the axes, and the last the force sensor, once it has sent.
     pub fn wire_mut(&mut self, bus: usize) -> Option<&mut Wire> {
         let drives = self.places.iter_mut().flat_map(|place| &mut place.wires);
         std::iter::once(&mut self.mp_wire).chain(drives).nth(bus)
+    }
+
+    /// Something is wrong with a bus from now on, or nothing any more; `bus` is its number in [`Self::bus_names`],
+    /// taps are numbered as for [`Self::wire_mut`]. `false` if there is no such bus.
+    #[must_use]
+    pub fn set_bus_fault(&mut self, bus: usize, fault: Option<BusFault>) -> bool {
+        self.wire_mut(bus)
+            .map(|wire| wire.set_bus_fault(fault))
+            .is_some()
     }
 
     /// The names of the buses, in their order: `mp`, then each robot's drive buses.
@@ -358,8 +389,10 @@ impl Place {
             rx,
             spill,
             first_bus,
+            taps,
             ..
         } = self;
+        let tap_of = |axis: usize| taps.get(axis).copied().unwrap_or(NODE_TAP);
         for (bus, wire) in wires.iter_mut().enumerate() {
             wire.advance(until_ns, &mut |delivery, outbox| {
                 observer.frame(*first_bus + bus, delivery.at_ns, delivery.frame);
@@ -372,24 +405,63 @@ impl Place {
                     };
                     rx.push((delivery.at_ns, received));
                 }
-                if !delivery.reaches(DRIVES_TAP) {
-                    return;
-                }
-                robot.on_frame(number, delivery.at_ns, delivery.frame, &mut |sent: Sent| {
-                    if sent.bus == number {
-                        // a full queue of the drives shows as silent drives
-                        let _ = outbox.post_at(DRIVES_TAP, sent.at_ns, sent.frame);
-                    } else {
-                        spill.push(sent);
+                let hears = |axis: usize| delivery.reaches(tap_of(axis));
+                let mut out = |sent: Sent| match sent.from {
+                    Sender::Drive(axis) if sent.bus == number => {
+                        // a full queue of a drive shows as a silent drive
+                        let _ = outbox.post_at(tap_of(axis), sent.at_ns, sent.frame);
                     }
-                });
+                    Sender::Drive(_) | Sender::ForceSensor => spill.push(sent),
+                };
+                robot.deliver(number, delivery.at_ns, delivery.frame, &hears, &mut out);
             });
         }
         robot.advance(until_ns, &mut |sent| spill.push(sent));
-        for sent in spill.drain(..) {
-            if let Some(wire) = wires.get_mut(usize::from(sent.bus)) {
-                let _ = wire.post(DRIVES_TAP, sent.at_ns, sent.frame);
+        self.watch_controllers(until_ns);
+        self.post_spilt();
+    }
+
+    /// Drives learn how their CAN controllers are, and tell those that are bus-off to recover.
+    fn watch_controllers(&mut self, now_ns: u64) {
+        let plain = self.wires.iter().all(Wire::is_plain);
+        if plain && self.calm {
+            return;
+        }
+        self.calm = plain;
+        for (axis, tap) in self.taps.iter().copied().enumerate() {
+            let bus = self.robot.bus_of(axis).map(usize::from);
+            let Some(wire) = bus.and_then(|bus| self.wires.get_mut(bus)) else {
+                continue;
+            };
+            let spill = &mut self.spill;
+            let mut out = |sent| spill.push(sent);
+            if self
+                .robot
+                .on_bus_state(axis, now_ns, wire.state(tap), &mut out)
+            {
+                wire.clear(tap);
+                wire.recover(tap);
             }
+        }
+    }
+
+    /// Posts what was not sent in answer to a frame of the same bus.
+    fn post_spilt(&mut self) {
+        for sent in self.spill.drain(..) {
+            let bus = usize::from(sent.bus);
+            let Some(wire) = self.wires.get_mut(bus) else {
+                continue;
+            };
+            let tap = match (sent.from, self.force_tap) {
+                (Sender::Drive(axis), _) => self.taps.get(axis).copied().unwrap_or(NODE_TAP),
+                (Sender::ForceSensor, Some((at, tap))) if at == bus => tap,
+                (Sender::ForceSensor, _) => {
+                    let tap = wire.add_tap();
+                    self.force_tap = Some((bus, tap));
+                    tap
+                }
+            };
+            let _ = wire.post(tap, sent.at_ns, sent.frame);
         }
     }
 }

@@ -19,12 +19,14 @@
 //! | `operation` | power states, modes, brake, following the set-points |
 //! | `report` | what the objects tell |
 //! | `monitor` | what stops the axis without the node |
+//! | `controller` | how its CAN controller is, and what follows from it |
 //! | `scale` | drive units, increments, radians |
 //! | `servo` | set-point generation, observer, position and velocity control |
-//! | `homing`, `probe` | homing inside the drive; the position at the index |
+//! | `homing`, `probe` | homing inside the drive; the position at an edge |
 //! | [`quirk`] | what drives in the field do otherwise |
 //! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
+mod controller;
 mod dictionary;
 mod homing;
 mod layer;
@@ -40,12 +42,13 @@ mod scale;
 pub(crate) mod servo;
 mod slots;
 
+use bus::wire::confinement::State;
 use protocol::canopen::cia402::{
     AbortConnection, Controlword, Mode, Options, Power, PowerState, output,
 };
 use protocol::canopen::emcy::{ErrorCode, ErrorRegister, History, Producer};
 use protocol::canopen::lss;
-use protocol::canopen::nmt::{HeartbeatConsumer, HeartbeatProducer, State};
+use protocol::canopen::nmt::{self, HeartbeatConsumer, HeartbeatProducer};
 use protocol::canopen::node::NodeId;
 use protocol::canopen::objects::{Object, eds};
 use protocol::canopen::pdo::{Communication, Mapping, Rpdo, Tpdo, Transmission};
@@ -53,11 +56,12 @@ use protocol::canopen::sdo::Server;
 use protocol::frame::Frame;
 use protocol::time::Micros;
 
-use crate::plant::axis::{Drive, Sensed};
+use crate::plant::axis::{Drive, EncoderFault, Sensed};
 use dictionary::Dictionary;
+pub use dictionary::program::{CAPACITY as PROGRAM_CAPACITY, flash};
 use homing::Homing;
 use parameters::DriveParameters;
-use probe::Probe;
+use probe::Probes;
 use profile::Way;
 use scale::{Scale, to_i32};
 use servo::Servo;
@@ -70,8 +74,8 @@ pub enum DriveFault {
     /// The drive neither sends nor receives; its axis goes on by the last set-point until the
     /// drive's own monitoring stops it.
     Silent,
-    /// The encoder count is frozen.
-    EncoderStuck,
+    /// The encoder tells something else.
+    Encoder(EncoderFault),
     /// The home switch is stuck at this level.
     SwitchStuck(bool),
     /// The encoder gives no index pulse.
@@ -100,11 +104,11 @@ pub struct SimDrive {
     scale: Scale,
     // Network
     lss: lss::Slave,
-    nmt: State,
+    nmt: nmt::State,
     boot_at_ns: u64,
     producer: HeartbeatProducer,
     consumer: Option<HeartbeatConsumer>,
-    server: Server,
+    server: Box<Server<PROGRAM_CAPACITY>>,
     answer: Option<(u64, [u8; 8])>,
     rpdo: [Rpdo; 4],
     tpdo: [Tpdo; 4],
@@ -113,6 +117,7 @@ pub struct SimDrive {
     outbox: Vec<Frame>,
     poll_at_ns: u64,
     silent: bool,
+    can: State,
     // Operation
     power: Power,
     options: Options,
@@ -122,9 +127,13 @@ pub struct SimDrive {
     servo: Servo,
     homing: Homing,
     way: Way,
-    probe: Probe,
+    probes: Probes,
+    /// Digital inputs for whoever needs them: probe inputs 1 and 2 are the first.
+    external: u16,
     offset: servo::Offset,
     limit_nm: f64,
+    /// Is a stop at the voltage limit under way?
+    unlimited: bool,
     period_ns: u64,
     halted: bool,
     cut: bool,
@@ -134,6 +143,12 @@ pub struct SimDrive {
     whims: quirk::Whims,
     last_sync_ns: Option<u64>,
     missed: u8,
+    /// Where the first index was since power-up, counts modulo a turn.
+    index: Option<i64>,
+    /// When a ramp that leads to torque off has taken too long, ns.
+    ramp_ends_ns: u64,
+    /// How fast the axis was when it began, rad/s.
+    ramp_began_rad_s: f64,
     over_current_since_ns: Option<u64>,
     following_since_ns: Option<u64>,
     abort_connection: AbortConnection,
@@ -175,11 +190,11 @@ impl SimDrive {
             scale: Scale::read(&od),
             lss: lss::Slave::new(identity(&od), Some(node)),
             od,
-            nmt: State::Initialising,
+            nmt: nmt::State::Initialising,
             boot_at_ns: now_ns,
             producer: HeartbeatProducer::new(Micros(0), Micros(0)),
             consumer: None,
-            server: Server::default(),
+            server: Box::default(),
             answer: None,
             rpdo: [(); 4].map(|()| Rpdo::new(unused, Mapping::default())),
             tpdo: [(); 4].map(|()| Tpdo::new(unused, Mapping::default())),
@@ -188,6 +203,7 @@ impl SimDrive {
             outbox: Vec::with_capacity(8),
             poll_at_ns: 0,
             silent: false,
+            can: State::Active,
             power: Power::NotReady,
             options: Options::default(),
             controlword: Controlword::default(),
@@ -196,9 +212,11 @@ impl SimDrive {
             servo: Servo::new(p, dt_s),
             homing: Homing::Idle,
             way: Way::default(),
-            probe: Probe::default(),
+            probes: Probes::default(),
+            external: 0,
             offset: servo::Offset::default(),
             limit_nm: 0.0,
+            unlimited: false,
             period_ns: 2 * parameters::MS,
             halted: false,
             cut: false,
@@ -207,6 +225,9 @@ impl SimDrive {
             whims: quirk::Whims::default(),
             last_sync_ns: None,
             missed: 0,
+            index: None,
+            ramp_ends_ns: 0,
+            ramp_began_rad_s: 0.0,
             over_current_since_ns: None,
             following_since_ns: None,
             abort_connection: AbortConnection::QuickStop,
@@ -229,10 +250,22 @@ impl SimDrive {
         self.node
     }
 
+    /// Transmit mailboxes of its CAN controller.
+    #[must_use]
+    pub const fn mailboxes(&self) -> usize {
+        self.p.mailboxes
+    }
+
     /// The NMT state.
     #[must_use]
-    pub const fn nmt_state(&self) -> State {
+    pub const fn nmt_state(&self) -> nmt::State {
         self.nmt
+    }
+
+    /// The last error since the last reset (object 603F).
+    #[must_use]
+    pub const fn error_code(&self) -> ErrorCode {
+        self.errors.code
     }
 
     /// The power state.
@@ -254,6 +287,12 @@ impl SimDrive {
         output::tool(driven)
     }
 
+    /// Levels of the 16 digital inputs for whoever needs them (object 60FD from bit 16 on); the first two are probe
+    /// inputs 1 and 2.
+    pub const fn set_inputs(&mut self, levels: u16) {
+        self.external = levels;
+    }
+
     /// Puts a fault in, or takes all faults out. Faults of receptors are the plant's.
     pub fn set_fault(&mut self, fault: Option<DriveFault>) {
         self.silent = fault == Some(DriveFault::Silent);
@@ -261,7 +300,7 @@ impl SimDrive {
             Some(DriveFault::Trip(code)) => Some(code),
             Some(
                 DriveFault::Silent
-                | DriveFault::EncoderStuck
+                | DriveFault::Encoder(_)
                 | DriveFault::SwitchStuck(_)
                 | DriveFault::IndexMissing,
             )
@@ -297,7 +336,7 @@ impl SimDrive {
 
     fn flush(&mut self, out: &mut impl FnMut(Frame)) {
         for frame in self.outbox.drain(..) {
-            if !self.silent {
+            if !self.silent && self.can != State::BusOff {
                 out(frame);
             }
         }
@@ -323,7 +362,7 @@ impl SimDrive {
             Stage::Off | Stage::Closing(_) => false,
         };
         let measured = self.scale.rad(self.sensed.count);
-        let torque_nm = self.servo.step(measured, self.offset, self.limit_nm);
+        let torque_nm = self.servo.step(measured, self.offset, self.greatest_nm());
         Drive {
             torque_nm,
             release_brake,

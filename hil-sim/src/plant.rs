@@ -11,6 +11,7 @@
 //! | [`axis`] | one motor with its brake, friction and stops |
 //! | [`motor`] | its winding: current loop, voltage, heat |
 //! | `receptors` | its encoder, index and switches |
+//! | `encoder` | how an encoder can be wrong |
 //! | `commissioning` | what drives without gears are tuned for |
 //! | [`contact`] | a tool's tip and the stiff bodies around it |
 //! | [`force_sensor`] | force and moment at the wrist, and their node on a bus |
@@ -25,6 +26,7 @@
 pub mod axis;
 mod commissioning;
 pub mod contact;
+mod encoder;
 pub mod force_sensor;
 mod friction;
 pub mod gear;

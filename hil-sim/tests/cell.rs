@@ -21,8 +21,14 @@ use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::{RobotKind, TrackRule};
 
+#[path = "cell/bus_faults.rs"]
+mod bus_faults;
+#[path = "cell/encoder_faults.rs"]
+mod encoder_faults;
 #[path = "cell/quirks.rs"]
 mod quirks;
+#[path = "cell/scenario.rs"]
+mod scenario;
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,
@@ -348,6 +354,7 @@ fn disturbed_in_motion(count: u32) -> Coordinator {
         from_ns,
         // SYNC, which only the node sends
         id: Some(Id::Standard(0x080)),
+        sender: None,
         count,
         disturbance: Disturbance::Bit(10),
     });

@@ -16,6 +16,8 @@ struct Recovery {
 pub(super) struct Controller {
     pub(super) counters: Counters,
     pub(super) detached: bool,
+    /// It is on the other side of a cut.
+    pub(super) cut: bool,
     /// It lets others begin until then.
     pub(super) silent_until_ns: u64,
     recovery: Option<Recovery>,
@@ -24,7 +26,7 @@ pub(super) struct Controller {
 impl Controller {
     /// From when on it takes part if nobody sends before; `None`: not by itself.
     pub(super) fn takes_part_from(&self, bit_ns: u64) -> Option<u64> {
-        if self.detached {
+        if self.detached || self.cut {
             return None;
         }
         match (self.counters.state(), self.recovery) {
@@ -34,14 +36,25 @@ impl Controller {
         }
     }
 
+    /// May it begin to send at `at_ns`?
+    pub(super) fn may_begin(&self, at_ns: u64, bit_ns: u64) -> bool {
+        let takes_part = self
+            .takes_part_from(bit_ns)
+            .is_some_and(|from| from <= at_ns);
+        self.silent_until_ns <= at_ns && takes_part
+    }
+
     /// Does it take part now?
     pub(super) const fn takes_part(&self) -> bool {
-        !self.detached && !matches!(self.counters.state(), State::BusOff)
+        !self.detached && !self.cut && !matches!(self.counters.state(), State::BusOff)
     }
 
     /// It has nothing to do with errors.
     pub(super) fn is_plain(&self) -> bool {
-        !self.detached && self.counters == Counters::default() && self.silent_until_ns == 0
+        !self.detached
+            && !self.cut
+            && self.counters == Counters::default()
+            && self.silent_until_ns == 0
     }
 
     /// Told to recover; without effect if it is not bus-off, or recovers already.
@@ -72,6 +85,13 @@ impl Controller {
             let seen = now_ns.saturating_sub(recovery.since_ns) / sequence_ns(bit_ns);
             let seen = u32::try_from(seen).unwrap_or(u32::MAX);
             recovery.remaining = recovery.remaining.saturating_sub(seen);
+        }
+    }
+
+    /// The bus was dominant until now: recessive bits are counted from here on.
+    pub(super) const fn released(&mut self, now_ns: u64) {
+        if let Some(recovery) = &mut self.recovery {
+            recovery.since_ns = now_ns;
         }
     }
 

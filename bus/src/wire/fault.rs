@@ -1,7 +1,8 @@
 //! What goes wrong on a wire, as data.
 //!
 //! A [`Fault`] names a time, which frames, how many, and what happens to them. Faults are looked through in
-//! the order in which they were given; a transmission suffers the first that fits.
+//! the order in which they were given; a transmission suffers the first that fits. What is wrong with the wire
+//! as a whole is a [`super::BusFault`].
 
 use super::Tap;
 use protocol::budget::{Bits, Rates};
@@ -76,6 +77,8 @@ pub struct Fault {
     pub from_ns: u64,
     /// Only those with this identifier.
     pub id: Option<Id>,
+    /// Only those of this tap.
+    pub sender: Option<Tap>,
     /// So many; tries of the same frame count each.
     pub count: u32,
     /// How.
@@ -94,8 +97,12 @@ impl Faults {
     }
 
     /// What happens to a frame that begins now, if anything.
-    pub(super) fn take(&mut self, start_ns: u64, id: Id) -> Option<Disturbance> {
-        let fits = |fault: &Fault| fault.from_ns <= start_ns && fault.id.is_none_or(|of| of == id);
+    pub(super) fn take(&mut self, start_ns: u64, from: Tap, id: Id) -> Option<Disturbance> {
+        let fits = |fault: &Fault| {
+            fault.from_ns <= start_ns
+                && fault.id.is_none_or(|of| of == id)
+                && fault.sender.is_none_or(|sender| sender == from)
+        };
         let place = self.0.iter().position(fits)?;
         let fault = self.0.get_mut(place)?;
         fault.count -= 1;
@@ -123,6 +130,14 @@ pub(super) fn destroyed_ns(rates: Rates, length: Bits, bit: u32, seen: Seen) -> 
         Seen::OneByOne => 2 * FLAG,
     };
     rates.duration_ns(first_bits(length, bit.saturating_add(1), flags + DELIMITER))
+}
+
+/// From the start of a try that ends at its start bit, which the sender does not see, ns.
+pub(super) fn shorted_ns(rates: Rates) -> u64 {
+    rates.duration_ns(Bits {
+        nominal: 1 + FLAG + DELIMITER,
+        data: 0,
+    })
 }
 
 /// From the start of a frame that nobody acknowledges to the end of its error frame, ns.

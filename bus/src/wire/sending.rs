@@ -1,10 +1,11 @@
 //! One try to send a frame: its beginning, its outcome and its end.
 
 use super::confinement::{SUSPEND_BITS, State};
-use super::controller::Controller;
-use super::fault::{Disturbance, Faults, Seen, destroyed_ns, doubted_ns, unacknowledged_ns};
+use super::fault::{
+    Disturbance, Faults, Seen, destroyed_ns, doubted_ns, shorted_ns, unacknowledged_ns,
+};
 use super::queue::{Queue, Waiting};
-use super::{Delivery, Outbox, Tap, Taps, Wire};
+use super::{BusFault, Delivery, Outbox, Tap, Taps, Wire};
 use protocol::budget::{self, Bits, Rates};
 use protocol::frame::Id;
 
@@ -23,6 +24,8 @@ pub(super) enum Outcome {
     Unacknowledged,
     /// Some rejected it in its last-but-one bit, the others have it.
     Doubted(Taps),
+    /// The wires touch: all that began saw their start bit as recessive, and nobody else saw anything.
+    Shorted(Taps),
 }
 
 impl Outcome {
@@ -33,6 +36,7 @@ impl Outcome {
             Self::Destroyed { bit, seen, .. } => destroyed_ns(rates, length, bit, seen),
             Self::Unacknowledged => unacknowledged_ns(rates, length),
             Self::Doubted(_) => doubted_ns(rates, length),
+            Self::Shorted(_) => shorted_ns(rates),
         }
     }
 }
@@ -44,7 +48,7 @@ pub(super) struct Transmission {
     pub(super) from: Tap,
     /// If it is destroyed, it is sent again.
     pub(super) again: bool,
-    waiting: Waiting,
+    pub(super) waiting: Waiting,
     outcome: Outcome,
     missed: Taps,
 }
@@ -52,10 +56,15 @@ pub(super) struct Transmission {
 impl Wire {
     /// When the bus will next be idle and have an offer.
     pub(super) fn next_start_ns(&self) -> Option<u64> {
+        if self.dominance.is_some() {
+            return None;
+        }
+        // whoever comes back to the bus does not begin in the past
+        let idle_from_ns = self.idle_from_ns.max(self.now_ns);
         if self.plain {
             let all = self.queues.taps.iter();
             let earliest = all.filter_map(Queue::earliest_ns).min()?;
-            return Some(earliest.max(self.idle_from_ns));
+            return Some(earliest.max(idle_from_ns));
         }
         let bit_ns = self.bit_ns();
         let each = self.queues.taps.iter().zip(&self.controllers);
@@ -64,7 +73,7 @@ impl Wire {
             let able = able.max(controller.silent_until_ns);
             Some(queue.earliest_ns()?.max(able))
         });
-        Some(starts.min()?.max(self.idle_from_ns))
+        Some(starts.min()?.max(idle_from_ns))
     }
 
     /// The tap with the most urgent offer at `at_ns`.
@@ -73,11 +82,7 @@ impl Wire {
         let mut best: Option<(u64, Tap)> = None;
         for (tap, (queue, controller)) in self.queues.taps.iter().zip(&self.controllers).enumerate()
         {
-            let able = self.plain
-                || controller.silent_until_ns <= at_ns
-                    && controller
-                        .takes_part_from(bit_ns)
-                        .is_some_and(|from| from <= at_ns);
+            let able = self.plain || controller.may_begin(at_ns, bit_ns);
             if able
                 && let Some(urgency) = queue.urgency(at_ns)
                 && best.is_none_or(|(lowest, _)| urgency < lowest)
@@ -150,7 +155,13 @@ impl Wire {
         id: Id,
         faults: &mut Faults,
     ) -> (Outcome, Taps) {
-        let disturbance = faults.take(start_ns, id);
+        let disturbance = faults.take(start_ns, from, id).or(self.wrecking(from));
+        if self.bus_fault == Some(BusFault::Short) {
+            return (
+                Outcome::Shorted(self.contenders(start_ns).with(from)),
+                Taps::NONE,
+            );
+        }
         if self.plain && disturbance.is_none() && self.controllers.len() > 1 {
             return (Outcome::Sent, Taps::NONE);
         }
@@ -274,9 +285,16 @@ impl Wire {
                 (false, Outcome::Destroyed { first, .. }) => {
                     counters.receive_failed(first == Some(tap));
                 }
+                (_, Outcome::Shorted(senders)) => {
+                    if senders.contains(tap) {
+                        counters.send_failed();
+                    }
+                }
                 (false, Outcome::Unacknowledged) => {}
             }
-            if tap == from {
+            if tap == from
+                || matches!(transmission.outcome, Outcome::Shorted(all) if all.contains(tap))
+            {
                 controller.silent_until_ns = 0;
                 match controller.counters.state() {
                     State::Active => {}
@@ -288,6 +306,6 @@ impl Wire {
                 }
             }
         }
-        self.plain = self.controllers.iter().all(Controller::is_plain);
+        self.refresh();
     }
 }

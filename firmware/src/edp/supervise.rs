@@ -4,6 +4,7 @@ use super::{Edp, drives};
 use crate::edp::axis::Axis;
 use crate::edp::drives::AxisActual;
 use crate::edp::mode::{Event, Mode};
+use crate::edp::stuck::Stuck;
 use protocol::canopen::cia402::PowerState;
 use protocol::fault::Cause;
 use protocol::time::Micros;
@@ -79,6 +80,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             return;
         }
         if !self.mode.torque() || matches!(self.mode, Mode::Enabling { .. }) {
+            self.stuck.iter_mut().for_each(Stuck::reset);
             return;
         }
         let velocity = self
@@ -89,19 +91,21 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         for (k, link) in self.drives.links().iter().enumerate() {
             let over = libm::fabs(currents_ma.get(k).copied().unwrap_or(f64::INFINITY))
                 > self.setup.overcurrent_ma.get(k).copied().unwrap_or(0.0);
-            let (Some(axis), Some(count), Some(v)) = (
+            let (Some(axis), Some(count), Some(stuck), Some(v)) = (
                 self.axes.get(k),
                 self.overcurrent.get_mut(k),
+                self.stuck.get_mut(k),
                 velocity.get(k),
             ) else {
                 continue;
             };
             *count = if over { count.saturating_add(1) } else { 0 };
+            let wrong = stuck.step(axis.actual_from_zero(), axis.demand_from_zero());
             let cause = if link.state() != Some(PowerState::OperationEnabled) {
                 Cause::DriveDisabled
             } else if *count >= OVERCURRENT_STEPS {
                 Cause::OverCurrent
-            } else if axis.beyond_window(*v) {
+            } else if wrong || axis.beyond_window(*v) {
                 Cause::FollowingError
             } else {
                 continue;

@@ -1,6 +1,7 @@
 //! The object dictionary of one drive: values, and the checks on writing them.
 
 mod check;
+pub(crate) mod program;
 
 use protocol::canopen::node::NodeId;
 use protocol::canopen::objects::{self, Access, COUNT, DataType, Initial, Mappable, TABLE, index};
@@ -8,6 +9,7 @@ use protocol::canopen::sdo::{Abort, Address, CAPACITY, ObjectAccess};
 
 use super::parameters::DriveParameters;
 use super::quirk::Quirk;
+use program::Program;
 
 /// "save", little-endian: the signature object 1010 wants.
 const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -30,6 +32,7 @@ pub(crate) struct Dictionary {
     without_interpolation: bool,
     /// Object 2000: now and stored.
     note: [Vec<u8>; 2],
+    program: Program,
 }
 
 impl Dictionary {
@@ -79,6 +82,7 @@ impl Dictionary {
             written: None,
             without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
             note: [Vec::new(), Vec::new()],
+            program: Program::default(),
         }
     }
 
@@ -114,6 +118,7 @@ impl Dictionary {
         self.values.clone_from(&self.stored);
         let [now, stored] = &mut self.note;
         now.clone_from(stored);
+        self.publish_program();
         self.energised = false;
         self.written = None;
     }
@@ -166,6 +171,9 @@ impl Dictionary {
         let [note, _] = &self.note;
         match TABLE[place].initial {
             Initial::Text(_) if TABLE[place].at.index == index::NOTE => Some(note),
+            Initial::Text(_) if TABLE[place].at.index == index::PROGRAM_DATA => {
+                Some(self.program.data())
+            }
             Initial::Text(text) => Some(text.as_bytes()),
             Initial::Number(_) | Initial::PlusNode(_) => None,
         }
@@ -233,6 +241,9 @@ impl ObjectAccess for Dictionary {
             Access::Constant | Access::Read => return Err(Abort::ReadOnly),
         }
         let Some(size) = object.data_type.size() else {
+            if at.index == index::PROGRAM_DATA {
+                return self.load_program(data);
+            }
             if data.len() > CAPACITY {
                 return Err(Abort::TooLong);
             }
@@ -264,6 +275,9 @@ impl ObjectAccess for Dictionary {
             return Ok(());
         }
         check::value(self, at, value)?;
+        if at.index == index::PROGRAM_CONTROL {
+            return self.control_program(value);
+        }
         self.values[place] = value;
         if is_configuration(object) {
             for sub in [1, 2] {
@@ -292,7 +306,7 @@ fn extend(kind: DataType, raw: u32) -> u32 {
         DataType::I16 => i32::from(i16::from_le_bytes([a, b])).cast_unsigned(),
         DataType::U8 => u32::from(a),
         DataType::U16 => u32::from(u16::from_le_bytes([a, b])),
-        DataType::I32 | DataType::U32 | DataType::Text => raw,
+        DataType::I32 | DataType::U32 | DataType::Text | DataType::Domain => raw,
     }
 }
 

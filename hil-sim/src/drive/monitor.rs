@@ -1,6 +1,6 @@
 //! What stops the axis without the node: receptors, SYNC, set-points, current, following error.
 
-use protocol::canopen::cia402::{AbortConnection, Command, Event, Power};
+use protocol::canopen::cia402::{AbortConnection, Command, Event, Power, Stop};
 use protocol::canopen::emcy::{Emergency, ErrorCode};
 
 use crate::plant::axis::Sensed;
@@ -11,6 +11,9 @@ use super::{SimDrive, slots};
 
 /// After so many cycles without SYNC or set-point the drive stops by itself.
 pub(super) const PATIENCE: u8 = 3;
+
+/// The index may lie this part of a turn beside where it was. ASSUMED: 11°, wider than an index and its switching.
+const LINES_TOLERANCE: i64 = 32;
 
 /// How long the home switch must rest to count inside the drive.
 const DEBOUNCE_NS: u64 = 2 * MS;
@@ -23,7 +26,10 @@ impl SimDrive {
             || sensed.negative_limit != self.sensed.negative_limit
             || sensed.positive_limit != self.sensed.positive_limit;
         self.sensed = *sensed;
-        let latched = sensed.index.is_some_and(|count| self.probe.on_index(count));
+        if let Some(count) = sensed.index {
+            self.check_lines(count);
+        }
+        let latched = self.probe();
         if changed || latched {
             self.poll_at_ns = 0;
         }
@@ -40,6 +46,18 @@ impl SimDrive {
             && self.errors.code != code
         {
             self.fail(code);
+        }
+    }
+
+    /// Between two index pulses lie whole turns of the encoder, or its lines are not counted right.
+    fn check_lines(&mut self, count: i64) {
+        let turn = i64::from(self.p.increments_per_turn);
+        let here = count.rem_euclid(turn);
+        let first = *self.index.get_or_insert(here);
+        let off = (here - first).rem_euclid(turn);
+        let tolerance = turn / LINES_TOLERANCE;
+        if off > tolerance && turn - off > tolerance && !self.has_failed() {
+            self.fail(ErrorCode::ENCODER);
         }
     }
 
@@ -77,6 +95,7 @@ impl SimDrive {
             Setpoint::Free
             | Setpoint::Speed { .. }
             | Setpoint::Torque { .. }
+            | Setpoint::Brake
             | Setpoint::Jog { .. } => 0.0,
         };
         if error.abs() <= window {
@@ -102,10 +121,15 @@ impl SimDrive {
         }
     }
 
-    /// A fault: told, kept, and reacted to.
+    /// A fault: told, kept, and reacted to. Without an encoder no ramp can be followed: torque off at once.
     pub(super) fn fail(&mut self, code: ErrorCode) {
         self.report(code);
+        let reaction = self.options;
+        if code == ErrorCode::ENCODER {
+            self.options.fault = Stop::Coast;
+        }
         self.transition(Event::Fault);
+        self.options = reaction;
     }
 
     /// Tells and keeps an error.

@@ -11,7 +11,7 @@ use protocol::canopen::objects::{self, index};
 use protocol::canopen::pdo::{
     Communication, Entry, Mapping, Payload, Received, Rpdo, Tpdo, Transmission,
 };
-use protocol::canopen::sdo::{Address, MAX_BLOCK};
+use protocol::canopen::sdo::Address;
 use protocol::canopen::sync::{self, Consumed, Sync};
 use protocol::frame::Frame;
 use protocol::time::Micros;
@@ -116,12 +116,6 @@ impl SimDrive {
             } else {
                 self.answer = Some((self.now_ns + self.answer_ns(), answer));
             }
-        }
-        for _ in 0..MAX_BLOCK {
-            let Some(segment) = self.server.next_segment() else {
-                break;
-            };
-            self.send(self.node.cob(Function::SdoAnswer), segment);
         }
     }
 
@@ -249,6 +243,10 @@ impl SimDrive {
             self.communication_failed(ErrorCode::HEARTBEAT);
         }
         self.send_emergencies();
+        // A segment of a block in a millisecond: its process data are more urgent to a drive.
+        if let Some(segment) = self.server.next_segment() {
+            self.send(self.node.cob(Function::SdoAnswer), segment);
+        }
         if let Some(abort) = self.server.poll(now) {
             self.send(self.node.cob(Function::SdoAnswer), abort);
         }
@@ -264,7 +262,7 @@ impl SimDrive {
     }
 
     /// A communication error of CiA 301: the axis stops by 6007, the NMT state follows 1029.
-    fn communication_failed(&mut self, code: ErrorCode) {
+    pub(super) fn communication_failed(&mut self, code: ErrorCode) {
         self.connection_lost(code);
         let behaviour = u8::try_from(self.od.get(slots::ERROR_BEHAVIOUR)).ok();
         let behaviour = behaviour.and_then(ErrorBehaviour::from_code);

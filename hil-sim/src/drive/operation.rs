@@ -12,11 +12,21 @@ use protocol::units::{modulo, nearest};
 
 use super::homing::{Homing, View, Want};
 use super::profile::Way;
-use super::servo::Offset;
+use super::servo::{Offset, Setpoint};
 use super::{Errors, Scale, SimDrive, Stage, slots};
+
+/// What the power stage can, beside the rated torque (see [`super::parameters::DriveParameters::new`]), ‰.
+const PEAK_PER_MILLE: f64 = 4000.0;
 
 /// The deceleration of stage changes that find the axis standing, rad/s².
 const HOLD_RAMP: f64 = 1000.0;
+
+/// An axis that becomes faster by this in a ramp down runs away: torque off at once, rad/s. ASSUMED.
+const RUNAWAY_RAD_S: f64 = 5.0;
+/// A ramp that takes longer than it should by this factor and time ends in torque off all the same: the encoder may be
+/// what is wrong. ASSUMED.
+const RAMP_FACTOR: f64 = 1.5;
+const RAMP_GRACE_NS: u64 = 200 * super::parameters::MS;
 
 impl SimDrive {
     /// Reads the objects of the profile again.
@@ -71,17 +81,44 @@ impl SimDrive {
         period
     }
 
-    fn ramp(&self, ramp: Ramp) -> f64 {
+    /// The deceleration of a ramp, rad/s²; none where the torque limits it.
+    fn ramp(&self, ramp: Ramp) -> Option<f64> {
         let slot = match ramp {
             Ramp::SlowDown => slots::PROFILE_DECELERATION,
             Ramp::QuickStop => slots::QUICK_STOP_DECELERATION,
+            Ramp::CurrentLimit | Ramp::VoltageLimit => return None,
         };
-        f64::from(self.od.get(slot)) / self.scale.units_per_rad
+        Some(f64::from(self.od.get(slot)) / self.scale.units_per_rad)
+    }
+
+    /// The greatest torque now, N·m: a stop at the voltage limit may use all that the power stage has.
+    pub(super) fn greatest_nm(&self) -> f64 {
+        if self.unlimited && self.servo.setpoint() == Setpoint::Brake {
+            PEAK_PER_MILLE * self.scale.nm_per_mille
+        } else {
+            self.limit_nm
+        }
+    }
+
+    /// How long a ramp from the present velocity may take, ns.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "saturates, and is positive"
+    )]
+    fn ramp_ns(&self, ramp: Ramp) -> u64 {
+        // at its torque limit an axis needs about what a slow-down takes, or there is something wrong with it
+        let least = self.ramp(ramp).or(self.ramp(Ramp::SlowDown));
+        let way = self.servo.velocity_rad_s().abs();
+        least.map_or(0, |ramp| (RAMP_FACTOR * 1e9 * way / ramp) as u64)
     }
 
     fn stand(&mut self, ramp: Ramp) {
-        let decelerate = self.ramp(ramp);
-        self.servo.jog(0.0, decelerate);
+        match self.ramp(ramp) {
+            Some(decelerate) => self.servo.jog(0.0, decelerate),
+            None => self.servo.brake(),
+        }
+        self.unlimited = ramp == Ramp::VoltageLimit;
         self.offset = Offset::default();
     }
 
@@ -201,6 +238,8 @@ impl SimDrive {
             Action::Resume => self.missed = 0,
             Action::Ramp(ramp) => {
                 self.way = Way::default();
+                self.ramp_ends_ns = self.now_ns + RAMP_GRACE_NS + self.ramp_ns(ramp);
+                self.ramp_began_rad_s = self.servo.velocity_rad_s().abs();
                 self.stand(ramp);
             }
             Action::SwitchOff => {
@@ -232,7 +271,7 @@ impl SimDrive {
         self.errors = Errors::default();
         self.last_sync_ns = None;
         self.scale.offset = 0;
-        self.probe.set_function(0);
+        self.probes.set_function(0);
     }
 
     /// Between SYNCs: stage times, ramps that end, homing.
@@ -254,7 +293,9 @@ impl SimDrive {
         }
         match self.power {
             Power::Leaving { .. } | Power::QuickStop { stand: false } | Power::FaultReaction => {
-                if self.servo.stands() {
+                let speed = self.servo.velocity_rad_s().abs();
+                let runs_away = speed > self.ramp_began_rad_s + RUNAWAY_RAD_S;
+                if self.servo.stands() || runs_away || self.now_ns >= self.ramp_ends_ns {
                     self.transition(Event::Standstill);
                 }
             }
@@ -334,15 +375,6 @@ impl SimDrive {
             return (near, false);
         }
         self.within_soft_limits(wanted)
-    }
-
-    pub(super) fn on_probe_function(&mut self) {
-        let [low, high, ..] = self.od.get(slots::TOUCH_PROBE).to_le_bytes();
-        let before = self.probe.status();
-        self.probe.set_function(u16::from_le_bytes([low, high]));
-        if self.probe.status() != before {
-            self.poll_at_ns = 0;
-        }
     }
 
     fn reset_fault(&mut self) {

@@ -42,6 +42,8 @@ pub struct DriveParameters {
     pub brake_close_ns: u64,
     /// From an SDO request to its answer, ns.
     pub sdo_ns: u64,
+    /// Transmit mailboxes of its CAN controller.
+    pub mailboxes: usize,
     /// Serial number (object 1018:4).
     pub serial: u32,
     /// What it does otherwise than the book.
@@ -54,7 +56,8 @@ impl DriveParameters {
     ///
     /// ASSUMED, as a maker would ship it: rated values are a quarter of the peak; velocity loop
     /// 250 1/s (the 0.3 ms current loop leaves it 80° of phase), position loop a third of it,
-    /// observer three times; 150 ms to boot, 25 ms to follow, which covers the brake's 20 ms.
+    /// observer three times; 150 ms to boot, 25 ms to follow, which covers the brake's 20 ms; a mailbox for each
+    /// message of a cycle: four PDOs, emergency, heartbeat, SDO, LSS.
     #[must_use]
     pub fn new(increments: u32, peak_a: f64, nm_a: f64, inertia_kg_m2: f64, serial: u32) -> Self {
         Self {
@@ -73,6 +76,7 @@ impl DriveParameters {
             enable_ns: 25 * MS,
             brake_close_ns: 35 * MS,
             sdo_ns: 0,
+            mailboxes: 8,
             serial,
             quirks: Quirks::default(),
         }

@@ -67,20 +67,11 @@ impl SimDrive {
         self.od
             .set_signed(slots::MODE_DISPLAY, i32::from(self.mode.code()));
         self.od.set(slots::DIGITAL_INPUTS, self.inputs());
-        self.od
-            .set(slots::TOUCH_PROBE_STATUS, u32::from(self.probe.status()));
+        self.publish_probes();
         self.od
             .set(slots::ERROR_REGISTER, u32::from(self.errors.register.0));
         self.od
             .set(slots::ERROR_CODE, u32::from(self.errors.code.0));
-        let (positive, negative) = self.probe.latched();
-        for (slot, latched) in [
-            (slots::TOUCH_PROBE_POSITIVE, positive),
-            (slots::TOUCH_PROBE_NEGATIVE, negative),
-        ] {
-            let units = latched.map_or(0, |count| scale.units(count));
-            self.od.set_signed(slot, modulo(units));
-        }
         let amperes = f64::from(self.od.get(slots::RATED_CURRENT)) * 1e-6;
         self.od.set_signed(
             slots::CURRENT_ACTUAL,
@@ -107,7 +98,7 @@ impl SimDrive {
             Setpoint::Line { .. } | Setpoint::Jog { .. } | Setpoint::Profile(_) => {
                 self.servo.reference_rad
             }
-            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } => {
+            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } | Setpoint::Brake => {
                 self.scale.rad(self.sensed.count)
             }
         }
@@ -118,5 +109,6 @@ impl SimDrive {
         bit(self.sensed.negative_limit, input::NEGATIVE_LIMIT)
             | bit(self.sensed.positive_limit, input::POSITIVE_LIMIT)
             | bit(self.sensed.home, input::HOME)
+            | u32::from(self.external) * input::FIRST_FREE
     }
 }

@@ -3,7 +3,7 @@
 use super::motor::{Motor, Winding};
 use super::random::SplitMix64;
 use super::receptors::Receptors;
-pub use super::receptors::{Broken, Sensed};
+pub use super::receptors::{Broken, EncoderFault, Sensed};
 
 /// The physics of one axis, referred to the motor shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,14 +159,14 @@ impl AxisPlant {
     }
 
     /// Breaks or mends receptors.
-    pub const fn set_broken(&mut self, broken: Broken) {
-        self.receptors.broken = broken;
+    pub fn set_broken(&mut self, broken: Broken) {
+        self.receptors.set_broken(broken);
     }
 
     /// What is wrong with its receptors.
     #[must_use]
     pub const fn broken(&self) -> Broken {
-        self.receptors.broken
+        self.receptors.broken()
     }
 
     /// Temperature of the motor's winding, °C, where it is known.

@@ -3,6 +3,8 @@
 use core::f64::consts::TAU;
 
 use super::axis::PlantParameters;
+pub use super::encoder::EncoderFault;
+use super::encoder::Wrong;
 use super::random::SplitMix64;
 
 /// What the drive receives from its axis.
@@ -25,8 +27,8 @@ pub struct Sensed {
 /// Faults of the axis' receptors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Broken {
-    /// The encoder count is frozen.
-    pub encoder: bool,
+    /// What the encoder does.
+    pub encoder: Option<EncoderFault>,
     /// The encoder has jumped by so many increments: all it tells is off by them. A whole turn is an absolute
     /// encoder that lost one.
     pub jump: i64,
@@ -53,7 +55,10 @@ pub(super) struct Receptors {
     bounce_left_s: f64,
     switch: bool,
     random: SplitMix64,
-    pub(super) broken: Broken,
+    broken: Broken,
+    /// The encoder, while it is wrong.
+    wrong: Option<Wrong>,
+    increments_per_turn: u32,
     pub(super) sensed: Sensed,
 }
 
@@ -82,6 +87,8 @@ impl Receptors {
             switch: start_rad < p.switch_rad,
             random,
             broken: Broken::default(),
+            wrong: None,
+            increments_per_turn: p.increments_per_turn,
             sensed: Sensed::default(),
         };
         receptors.sense(p, start_rad, 0.0, 0.0);
@@ -96,8 +103,9 @@ impl Receptors {
         if angle_rad < low || angle_rad >= high {
             self.pass_index(angle_rad);
         }
-        if !self.broken.encoder {
-            self.sensed.count = self.told(floor(angle_rad * self.increments_per_rad - self.phase));
+        self.sensed.count = self.told(floor(angle_rad * self.increments_per_rad - self.phase));
+        if let Some(wrong) = &mut self.wrong {
+            wrong.pass(dt_s);
         }
         let [low, high] = p.limit_rad;
         self.sensed.negative_limit = angle_rad < low;
@@ -106,8 +114,26 @@ impl Receptors {
         self.sense_switch(p, angle_rad, dt_s);
     }
 
+    /// What is wrong with them.
+    pub(super) const fn broken(&self) -> Broken {
+        self.broken
+    }
+
+    /// Breaks or mends them.
+    pub(super) fn set_broken(&mut self, broken: Broken) {
+        self.broken = broken;
+        if self.wrong.as_ref().map(Wrong::fault) != broken.encoder {
+            let (count, turn, random) = (self.sensed.count, self.increments_per_turn, &self.random);
+            let wrong = |fault| Wrong::new(fault, count, turn, random.clone());
+            self.wrong = broken.encoder.map(wrong);
+        }
+    }
+
     /// What the encoder makes of a count.
-    const fn told(&self, count: i64) -> i64 {
+    fn told(&mut self, count: i64) -> i64 {
+        if let Some(wrong) = &mut self.wrong {
+            return wrong.told(count);
+        }
         let count = count.wrapping_add(self.broken.jump);
         match self.broken.flipped_bit {
             Some(bit) => count ^ 1_i64.wrapping_shl(bit as u32),
@@ -136,7 +162,7 @@ impl Receptors {
         };
         if let Some(at) = met
             && !self.broken.index
-            && !self.broken.encoder
+            && self.broken.encoder != Some(EncoderFault::Frozen)
         {
             let count = floor(at * self.increments_per_rad - self.phase);
             self.sensed.index = Some(self.told(count));

@@ -1,5 +1,6 @@
 //! The drives and plants of one robot on its drive buses.
 
+use bus::wire::confinement::State;
 use protocol::canopen::emcy::ErrorCode;
 use protocol::canopen::node::NodeId;
 use protocol::frame::Frame;
@@ -17,13 +18,24 @@ use robots::dynamics::Body;
 /// The substep of drives and plants: 0.25 ms.
 pub const SUBSTEP_NS: u64 = 250_000;
 
-/// A frame a drive sends.
+/// Who sends on a drive bus of a robot: each is a node of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sender {
+    /// The drive of this axis.
+    Drive(usize),
+    /// The force sensor in the wrist.
+    ForceSensor,
+}
+
+/// A frame a drive or the force sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
     /// When, ns.
     pub at_ns: u64,
     /// On which of the robot's drive buses, from 0.
     pub bus: u8,
+    /// Who.
+    pub from: Sender,
     /// What.
     pub frame: Frame,
 }
@@ -180,6 +192,12 @@ impl SimRobot {
         self.drives.get(axis).map(|axis| &axis.drive)
     }
 
+    /// The drive bus of an axis.
+    #[must_use]
+    pub fn bus_of(&self, axis: usize) -> Option<u8> {
+        self.drives.get(axis).map(|axis| axis.bus)
+    }
+
     /// The plant of an axis.
     #[must_use]
     pub fn plant(&self, axis: usize) -> Option<&AxisPlant> {
@@ -200,7 +218,7 @@ impl SimRobot {
         };
         let mut broken = Broken::default();
         match fault {
-            Some(DriveFault::EncoderStuck) => broken.encoder = true,
+            Some(DriveFault::Encoder(wrong)) => broken.encoder = Some(wrong),
             Some(DriveFault::SwitchStuck(level)) => broken.switch = Some(level),
             Some(DriveFault::IndexMissing) => broken.index = true,
             Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}
@@ -209,6 +227,13 @@ impl SimRobot {
         on_bus.injected = fault;
         on_bus.heed(on_bus.hot);
         true
+    }
+
+    /// Sets the 16 free digital inputs of an axis' drive, the first two of which are its probe inputs. `false` if there
+    /// is no such axis.
+    pub fn set_inputs(&mut self, axis: usize, levels: u16) -> bool {
+        let drive = self.drives.get_mut(axis).map(|axis| &mut axis.drive);
+        drive.map(|drive| drive.set_inputs(levels)).is_some()
     }
 
     /// Breaks or mends the receptors of an axis, in more ways than [`DriveFault`] has. `false` if there is no
@@ -284,9 +309,8 @@ impl SimRobot {
                 on_bus.heed(plant.is_hot());
             }
         }
-        for OnBus { bus, drive, .. } in &mut self.drives {
-            let bus = *bus;
-            drive.poll(at_ns, &mut |frame| out(Sent { at_ns, bus, frame }));
+        for (axis, OnBus { bus, drive, .. }) in self.drives.iter_mut().enumerate() {
+            drive.poll(at_ns, &mut sends(at_ns, *bus, Sender::Drive(axis), out));
         }
         if let Some(node) = &mut self.force
             && at_ns % force_sensor::PERIOD_NS < self.substep_ns
@@ -294,26 +318,65 @@ impl SimRobot {
         {
             let bus = node.bus;
             for frame in node.publish(&wrist) {
-                out(Sent { at_ns, bus, frame });
+                let from = Sender::ForceSensor;
+                out(Sent {
+                    at_ns,
+                    bus,
+                    from,
+                    frame,
+                });
             }
         }
     }
 
-    /// Takes a frame from drive bus `bus`, after running up to `now_ns`.
+    /// Takes a frame from drive bus `bus`, after running up to `now_ns`; every drive there hears it.
     pub fn on_frame(&mut self, bus: u8, now_ns: u64, frame: &Frame, out: &mut impl FnMut(Sent)) {
+        self.deliver(bus, now_ns, frame, &|_| true, out);
+    }
+
+    /// Takes a frame from drive bus `bus`, after running up to `now_ns`; the drives there hear it whose axis `hears`.
+    pub fn deliver(
+        &mut self,
+        bus: u8,
+        now_ns: u64,
+        frame: &Frame,
+        hears: &impl Fn(usize) -> bool,
+        out: &mut impl FnMut(Sent),
+    ) {
         self.advance(now_ns, out);
-        for axis in &mut self.drives {
-            if axis.bus == bus {
-                let mut send = |frame| {
-                    out(Sent {
-                        at_ns: now_ns,
-                        bus,
-                        frame,
-                    });
-                };
-                axis.drive.on_frame(now_ns, frame, &mut send);
+        for (axis, on_bus) in self.drives.iter_mut().enumerate() {
+            if on_bus.bus == bus && hears(axis) {
+                let mut send = sends(now_ns, bus, Sender::Drive(axis), out);
+                on_bus.drive.on_frame(now_ns, frame, &mut send);
             }
         }
+    }
+
+    /// The CAN controller of an axis' drive is in this state at `now_ns`. `true`: the drive tells it to recover.
+    pub fn on_bus_state(
+        &mut self,
+        axis: usize,
+        now_ns: u64,
+        state: State,
+        out: &mut impl FnMut(Sent),
+    ) -> bool {
+        let Some(OnBus { bus, drive, .. }) = self.drives.get_mut(axis) else {
+            return false;
+        };
+        let mut send = sends(now_ns, *bus, Sender::Drive(axis), out);
+        drive.on_bus_state(now_ns, state, &mut send)
+    }
+}
+
+/// Takes the frames of one sender.
+fn sends(at_ns: u64, bus: u8, from: Sender, out: &mut impl FnMut(Sent)) -> impl FnMut(Frame) {
+    move |frame| {
+        out(Sent {
+            at_ns,
+            bus,
+            from,
+            frame,
+        });
     }
 }
 

@@ -148,9 +148,11 @@ pub mod input {
     pub const POSITIVE_LIMIT: u32 = 1 << 1;
     /// Home switch.
     pub const HOME: u32 = 1 << 2;
+    /// The maker's: the first of 16 inputs for whoever needs them; this and the next are probe inputs 1 and 2.
+    pub const FIRST_FREE: u32 = 1 << 16;
 }
 
-/// Bits of the touch-probe function (object 60B8) and status (object 60B9), probe 1.
+/// Bits of the touch-probe function (object 60B8) and status (object 60B9), probe 1; those of probe 2 lie 8 higher.
 pub mod probe {
     /// Function: probe 1 is on.
     pub const ENABLE: u16 = 1 << 0;
@@ -158,6 +160,10 @@ pub mod probe {
     pub const CONTINUOUS: u16 = 1 << 1;
     /// Function: the trigger is the encoder's zero impulse, not the probe input.
     pub const ZERO_IMPULSE: u16 = 1 << 2;
+    /// Function: the trigger is what object 60D0 says.
+    pub const BY_OBJECT: u16 = 2 << 2;
+    /// Function: the bits that choose the trigger.
+    pub const SOURCE: u16 = 3 << 2;
     /// Function: sample at the positive edge.
     pub const POSITIVE_EDGE: u16 = 1 << 4;
     /// Function: sample at the negative edge.
@@ -171,6 +177,22 @@ pub mod probe {
     pub const POSITIVE_STORED: u16 = 1 << 1;
     /// Status: object 60BB holds a position.
     pub const NEGATIVE_STORED: u16 = 1 << 2;
+
+    /// What object 60D0 can say; the negative ones are the maker's.
+    pub mod source {
+        /// Probe input 1.
+        pub const INPUT_1: i32 = 1;
+        /// Probe input 2.
+        pub const INPUT_2: i32 = 2;
+        /// The encoder's zero impulse.
+        pub const ZERO_IMPULSE: i32 = 5;
+        /// The home switch.
+        pub const HOME: i32 = -1;
+        /// The negative limit switch.
+        pub const NEGATIVE_LIMIT: i32 = -2;
+        /// The positive limit switch.
+        pub const POSITIVE_LIMIT: i32 = -3;
+    }
 }
 
 /// The homing methods of the drive (object 6098).

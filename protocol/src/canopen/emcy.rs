@@ -28,6 +28,10 @@ impl ErrorCode {
     pub const ENCODER: Self = Self(0x7305);
     /// Heartbeat of a watched device lost or never heard.
     pub const HEARTBEAT: Self = Self(0x8130);
+    /// The CAN controller is error-passive.
+    pub const CAN_PASSIVE: Self = Self(0x8120);
+    /// The CAN controller is back from bus-off.
+    pub const BUS_OFF_OVER: Self = Self(0x8140);
     /// A received PDO was shorter than its mapping.
     pub const PDO_LENGTH: Self = Self(0x8210);
     /// A SYNC message has another length than object 1019 says.
@@ -40,7 +44,7 @@ impl ErrorCode {
     pub const SYNC_LOST: Self = Self(0x8700);
 
     /// Every code the simulated drive uses, with one line each.
-    pub const USED: [(Self, &'static str); 13] = [
+    pub const USED: [(Self, &'static str); 15] = [
         (Self::NONE, "no error"),
         (Self::OVER_CURRENT, "over-current at the output"),
         (Self::OVER_VOLTAGE, "DC-link over-voltage"),
@@ -48,7 +52,9 @@ impl ErrorCode {
         (Self::OVER_TEMPERATURE, "drive too hot"),
         (Self::HARDWARE, "power stage"),
         (Self::ENCODER, "incremental encoder"),
+        (Self::CAN_PASSIVE, "CAN controller error-passive"),
         (Self::HEARTBEAT, "heartbeat lost or never heard"),
+        (Self::BUS_OFF_OVER, "back from bus-off"),
         (Self::PDO_LENGTH, "PDO shorter than its mapping"),
         (Self::SYNC_LENGTH, "SYNC with another length"),
         (Self::RPDO_TIMEOUT, "set-point missing"),

@@ -34,6 +34,8 @@ pub enum DataType {
     U32,
     /// `VISIBLE_STRING`.
     Text,
+    /// `DOMAIN`: any number of bytes.
+    Domain,
 }
 
 impl DataType {
@@ -48,17 +50,18 @@ impl DataType {
             Self::U16 => 6,
             Self::U32 => 7,
             Self::Text => 9,
+            Self::Domain => 15,
         }
     }
 
-    /// Length in bytes, `None` for text.
+    /// Length in bytes, `None` for text and domains.
     #[must_use]
     pub const fn size(self) -> Option<usize> {
         Some(match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 => 4,
-            Self::Text => return None,
+            Self::Text | Self::Domain => return None,
         })
     }
 
@@ -181,6 +184,14 @@ impl Object {
         }
     }
 
+    const fn domain(index: u16, sub: u8, name: &'static str) -> Self {
+        Self {
+            at: Address::new(index, sub),
+            data_type: DataType::Domain,
+            ..Self::note(index, name)
+        }
+    }
+
     const fn plus_node(index: u16, sub: u8, name: &'static str, base: u32, access: Access) -> Self {
         Self {
             at: Address::new(index, sub),
@@ -212,15 +223,15 @@ pub fn find(at: Address) -> Option<usize> {
 }
 
 /// Slots of [`PLACES`]: at least two for each object, so that walks are short.
-const SLOTS: usize = 512;
+const SLOTS: usize = 1024;
 /// No object's place.
-const EMPTY: u8 = u8::MAX;
+const EMPTY: u16 = u16::MAX;
 const _: () = assert!(COUNT * 2 < SLOTS && COUNT < EMPTY as usize);
 
 /// Where the walk for an object begins: Fibonacci hashing of index and sub-index.
 const fn hash(at: Address) -> usize {
     let key = (at.index as u32) << 8 | at.sub as u32;
-    (key.wrapping_mul(0x9E37_79B9) >> 23) as usize % SLOTS
+    (key.wrapping_mul(0x9E37_79B9) >> 22) as usize % SLOTS
 }
 
 /// The places of the objects by the hash of their address, with linear probing: every process data
@@ -231,7 +242,7 @@ const fn hash(at: Address) -> usize {
     clippy::cast_possible_truncation,
     reason = "evaluated at compile time, where both are checked"
 )]
-static PLACES: [u8; SLOTS] = {
+static PLACES: [u16; SLOTS] = {
     let mut places = [EMPTY; SLOTS];
     let mut place = 0;
     while place < COUNT {
@@ -239,7 +250,7 @@ static PLACES: [u8; SLOTS] = {
         while places[probe] != EMPTY {
             probe = (probe + 1) % SLOTS;
         }
-        places[probe] = place as u8;
+        places[probe] = place as u16;
         place += 1;
     }
     places

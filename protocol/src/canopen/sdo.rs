@@ -29,7 +29,7 @@ pub use server::Server;
 
 use crate::time::Micros;
 
-/// The longest object one transfer moves, in bytes.
+/// The longest object one transfer moves, in bytes, unless client and server are made for longer ones.
 pub const CAPACITY: usize = 256;
 
 /// The SDO time-out on both sides unless told otherwise.

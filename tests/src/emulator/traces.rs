@@ -8,6 +8,7 @@ use board::boot::Boot;
 use firmware::Station;
 use firmware::process::drive_buses;
 use hil_sim::drive::DriveFault;
+use hil_sim::plant::axis::EncoderFault;
 use hil_sim::plant::random::SplitMix64;
 use protocol::frame::{Frame, Id};
 use protocol::message::{Instruction, NodeState, Request, ServoLaw, StopKind};
@@ -98,7 +99,7 @@ fn act(c: &mut Coordinator, draw: &mut SplitMix64, kind: RobotKind) {
         7 if draw.below(3) == 0 => {
             let faults = [
                 DriveFault::Silent,
-                DriveFault::EncoderStuck,
+                DriveFault::Encoder(EncoderFault::Frozen),
                 DriveFault::SwitchStuck(true),
                 DriveFault::IndexMissing,
             ];

@@ -20,7 +20,7 @@ use protocol::time::Micros;
 const BOOT_TIMEOUT: Micros = Micros::from_millis(3000);
 /// The drive's heartbeat may be missing for three of its periods.
 const HEARTBEAT_WINDOW: Micros = Micros::from_millis(3 * DRIVE_HEARTBEAT_MS as u64);
-/// SYNCs without an answer before the drive counts as silent.
+/// SYNCs in a row without an answer with which the drive counts as silent.
 const SILENT_AFTER: u8 = 3;
 /// The object that says what a device is.
 const DEVICE_TYPE_INDEX: u16 = 0x1000;
@@ -217,7 +217,12 @@ impl DriveLink {
         );
     }
 
-    /// What is wrong, if anything is.
+    /// SYNCs in a row without an answer, the last one too.
+    const fn unanswered(&self) -> u8 {
+        self.missed.saturating_add(!self.actual.fresh as u8)
+    }
+
+    /// What is wrong, if anything is; to be asked when the answers to the last SYNC should have come.
     #[must_use]
     pub fn fault(&self) -> Option<Cause> {
         match self.phase {
@@ -227,7 +232,7 @@ impl DriveLink {
                     Some(Cause::DriveFault)
                 } else if self.heartbeat_lost {
                     Some(Cause::DriveHeartbeat)
-                } else if self.missed >= SILENT_AFTER {
+                } else if self.unanswered() >= SILENT_AFTER {
                     Some(Cause::DriveSilent)
                 } else {
                     None

@@ -51,7 +51,7 @@ fn refusals_are_typed() {
     assert_eq!(refuse(0x6040, 0, &[0]), Abort::TooShort);
     assert_eq!(refuse(0x6040, 0, &[0; 4]), Abort::TooLong);
     assert_eq!(refuse(0x6060, 0, &[2]), Abort::Range);
-    assert_eq!(refuse(0x605A, 0, &[3, 0]), Abort::Range);
+    assert_eq!(refuse(0x605A, 0, &[9, 0]), Abort::TooHigh);
     assert_eq!(refuse(0x6098, 0, &[3]), Abort::Range);
     assert_eq!(refuse(0x6091, 1, &[0; 4]), Abort::TooLow);
     assert_eq!(refuse(0x1019, 0, &[1]), Abort::Range);

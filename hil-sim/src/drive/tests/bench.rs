@@ -117,7 +117,12 @@ impl Bench {
 
     /// Lets time pass without SYNC.
     pub(crate) fn wait(&mut self, ms: u64) {
-        self.now_ns += ms * MS;
+        self.pass_ns(ms * MS);
+    }
+
+    /// The same, in nanoseconds.
+    pub(crate) fn pass_ns(&mut self, ns: u64) {
+        self.now_ns += ns;
         let mut sent = Vec::new();
         self.robot.advance(self.now_ns, &mut |item| sent.push(item));
         self.keep(&sent);

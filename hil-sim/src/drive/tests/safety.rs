@@ -6,9 +6,10 @@ use protocol::canopen::node::{NodeId, frame};
 
 use super::bench::{Bench, axis_setup, units};
 use crate::drive::DriveFault;
+use crate::plant::axis::EncoderFault;
 
 /// A bench that moves at 20 rad/s in csp.
-fn moving() -> Bench {
+pub(super) fn moving() -> Bench {
     let mut bench = Bench::new(&axis_setup(0, 10.0));
     bench.enable(Mode::Csp);
     run(&mut bench, 100);
@@ -22,7 +23,7 @@ fn moving() -> Bench {
 }
 
 /// Goes on at 20 rad/s from the last target.
-fn run(bench: &mut Bench, cycles: u32) {
+pub(super) fn run(bench: &mut Bench, cycles: u32) {
     for _ in 0..cycles {
         if let Target::Position(position) = bench.target {
             bench.target = Target::Position(position + units(0.04));
@@ -163,7 +164,9 @@ fn a_fault_stops_latches_and_is_reset_by_an_edge_only() {
 fn a_frozen_encoder_is_a_following_error() {
     let mut bench = moving();
     bench.write(0x6065, &units(0.5).to_le_bytes());
-    bench.robot.inject(0, Some(DriveFault::EncoderStuck));
+    bench
+        .robot
+        .inject(0, Some(DriveFault::Encoder(EncoderFault::Frozen)));
     run(&mut bench, 100);
     assert!(
         bench.emergencies().contains(&ErrorCode::FOLLOWING_ERROR),

@@ -160,7 +160,7 @@ fn hard_stops_end_the_travel() {
 fn broken_receptors_lie() {
     let mut plant = plant(3.0);
     plant.set_broken(Broken {
-        encoder: true,
+        encoder: Some(EncoderFault::Frozen),
         switch: Some(true),
         ..Broken::default()
     });

@@ -1,13 +1,17 @@
 //! Option codes: how a drive stops (objects 605A to 605E) and what it does about a lost
 //! connection (object 6007).
 
-/// Which deceleration.
+/// How an axis is slowed down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Ramp {
     /// The profile deceleration, object 6084.
     SlowDown,
     /// The quick-stop deceleration, object 6085.
     QuickStop,
+    /// As fast as the greatest torque allows, object 6072.
+    CurrentLimit,
+    /// As fast as the power stage can at the voltage it has, whatever 6072 says.
+    VoltageLimit,
 }
 
 /// How a drive stops and what comes after.
@@ -53,12 +57,14 @@ impl AbortConnection {
 pub struct Halt(pub Ramp);
 
 impl Halt {
-    /// 1: slow-down ramp, 2: quick-stop ramp.
+    /// 1: slow-down ramp, 2: quick-stop ramp, 3: current limit, 4: voltage limit.
     #[must_use]
     pub const fn from_code(code: i16) -> Option<Self> {
         Some(Self(match code {
             1 => Ramp::SlowDown,
             2 => Ramp::QuickStop,
+            3 => Ramp::CurrentLimit,
+            4 => Ramp::VoltageLimit,
             _ => return None,
         }))
     }
@@ -102,15 +108,20 @@ impl Options {
         })
     }
 
-    /// 605A: 0 coast; 1, 2 slow-down or quick-stop ramp then off; 5, 6 the same and stand.
+    /// 605A: 0 coast; 1, 2 slow-down or quick-stop ramp, 3, 4 current or voltage limit, then off; 5 to 8 the same and
+    /// stand.
     #[must_use]
     pub const fn quick_stop(code: i16) -> Option<Stop> {
         Some(match code {
             0 => Stop::Coast,
             1 => Stop::ThenOff(Ramp::SlowDown),
             2 => Stop::ThenOff(Ramp::QuickStop),
+            3 => Stop::ThenOff(Ramp::CurrentLimit),
+            4 => Stop::ThenOff(Ramp::VoltageLimit),
             5 => Stop::ThenStand(Ramp::SlowDown),
             6 => Stop::ThenStand(Ramp::QuickStop),
+            7 => Stop::ThenStand(Ramp::CurrentLimit),
+            8 => Stop::ThenStand(Ramp::VoltageLimit),
             _ => return None,
         })
     }
@@ -125,13 +136,15 @@ impl Options {
         })
     }
 
-    /// 605E: 0 coast; 1, 2 slow-down or quick-stop ramp then off.
+    /// 605E: 0 coast; 1, 2 slow-down or quick-stop ramp, 3, 4 current or voltage limit, then off.
     #[must_use]
     pub const fn fault(code: i16) -> Option<Stop> {
         Some(match code {
             0 => Stop::Coast,
             1 => Stop::ThenOff(Ramp::SlowDown),
             2 => Stop::ThenOff(Ramp::QuickStop),
+            3 => Stop::ThenOff(Ramp::CurrentLimit),
+            4 => Stop::ThenOff(Ramp::VoltageLimit),
             _ => return None,
         })
     }

@@ -118,9 +118,12 @@ fn option_codes_choose_the_stop() {
     assert_eq!(stop(0), Some(Stop::Coast));
     assert_eq!(stop(2), Some(Stop::ThenOff(Ramp::QuickStop)));
     assert_eq!(stop(5), Some(Stop::ThenStand(Ramp::SlowDown)));
+    assert_eq!(stop(3), Some(Stop::ThenOff(Ramp::CurrentLimit)));
+    assert_eq!(stop(8), Some(Stop::ThenStand(Ramp::VoltageLimit)));
+    assert_eq!(stop(9), None);
     assert_eq!(
-        (stop(3), stop(7), Options::off(2), Options::fault(5)),
-        (None, None, None, None)
+        (stop(-1), Options::off(2), Options::fault(5)),
+        (None, None, None)
     );
     assert_eq!(Options::from_codes(2, 0, 1, 2), Some(Options::default()));
     assert_eq!(Options::from_codes(2, 0, 9, 2), None);
@@ -143,7 +146,10 @@ fn option_codes_choose_the_stop() {
     );
     assert_eq!(AbortConnection::from_code(4), None);
     assert_eq!(Halt::from_code(2), Some(Halt(Ramp::QuickStop)));
-    assert_eq!(Halt::from_code(0), None);
+    assert_eq!(Halt::from_code(3), Some(Halt(Ramp::CurrentLimit)));
+    assert_eq!((Halt::from_code(0), Halt::from_code(5)), (None, None));
+    let voltage = Stop::ThenOff(Ramp::VoltageLimit);
+    assert_eq!(Options::fault(4), Some(voltage));
 }
 
 #[test]

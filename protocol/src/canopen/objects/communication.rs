@@ -16,7 +16,7 @@ const ROWS: usize = 15;
 const RPDO_ROWS: usize = PDOS * (ROWS - 2);
 const TPDO_ROWS: usize = PDOS * ROWS;
 const FIXED: usize = HEAD.len();
-pub(super) const COUNT: usize = FIXED + RPDO_ROWS + TPDO_ROWS;
+pub(super) const COUNT: usize = FIXED + RPDO_ROWS + TPDO_ROWS + TAIL.len();
 
 const HEAD: [Object; 36] = [
     // Servo drive (0002) of profile 402 (0192).
@@ -106,6 +106,27 @@ const HEAD: [Object; 36] = [
     ),
 ];
 
+/// Program download, CiA 302-3: after the PDOs.
+const TAIL: [Object; 8] = [
+    Object::count(0x1F50, 1),
+    Object::domain(0x1F50, 1, "Program data"),
+    Object::count(0x1F51, 1),
+    // 1: the drive's own program runs.
+    Object::number(0x1F51, 1, "Program control", U8, Write, No, 1).within(0, 3),
+    Object::count(0x1F56, 1),
+    Object::number(
+        0x1F56,
+        1,
+        "Program software identification",
+        U32,
+        Read,
+        No,
+        0,
+    ),
+    Object::count(0x1F57, 1),
+    Object::number(0x1F57, 1, "Flash status identification", U32, Read, No, 0),
+];
+
 /// The default identifiers of the PDOs; bit 30: no remote frames, bit 31: off.
 const NO_REMOTE: u32 = 1 << 30;
 const OFF: u32 = NO_REMOTE | 1 << 31;
@@ -177,6 +198,11 @@ const fn build() -> [Object; COUNT] {
             _ => &[],
         };
         at = mapping(&mut table, at, index::TPDO_MAPPING + n as u16, entries);
+        n += 1;
+    }
+    n = 0;
+    while n < TAIL.len() {
+        table[at + n] = TAIL[n];
         n += 1;
     }
     table

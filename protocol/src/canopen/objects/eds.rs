@@ -131,6 +131,7 @@ fn variable(out: &mut impl Write, object: &Object, initial: Option<i64>) -> Resu
     };
     writeln!(out, "AccessType={access}")?;
     match (object.initial, initial) {
+        (Initial::Text(_), _) if object.data_type == DataType::Domain => {}
         (Initial::PlusNode(base), _) => writeln!(out, "DefaultValue=$NODEID+0x{base:X}")?,
         (Initial::Text(text), _) => writeln!(out, "DefaultValue={text}")?,
         (Initial::Number(_), Some(number)) | (Initial::Number(number), None) => {
@@ -160,5 +161,6 @@ pub const fn type_name(data_type: DataType) -> &'static str {
         DataType::U16 => "UNSIGNED16",
         DataType::U32 => "UNSIGNED32",
         DataType::Text => "VISIBLE_STRING",
+        DataType::Domain => "DOMAIN",
     }
 }

@@ -43,7 +43,7 @@ const fn of(first: u16, last: u16, kind: Kind, name: &'static str) -> Group {
 }
 
 /// Every index with sub-indices.
-pub const GROUPS: [Group; 20] = [
+pub const GROUPS: [Group; 25] = [
     of(0x1003, 0x1003, Kind::Array, "Pre-defined error field"),
     of(0x1010, 0x1010, Kind::Array, "Store parameters"),
     of(0x1011, 0x1011, Kind::Array, "Restore default parameters"),
@@ -56,12 +56,22 @@ pub const GROUPS: [Group; 20] = [
     of(0x1600, 0x1603, Kind::Record, "RPDO mapping parameter"),
     of(0x1800, 0x1803, Kind::Record, "TPDO communication parameter"),
     of(0x1A00, 0x1A03, Kind::Record, "TPDO mapping parameter"),
+    of(0x1F50, 0x1F50, Kind::Array, "Program data"),
+    of(0x1F51, 0x1F51, Kind::Array, "Program control"),
+    of(
+        0x1F56,
+        0x1F56,
+        Kind::Array,
+        "Program software identification",
+    ),
+    of(0x1F57, 0x1F57, Kind::Array, "Flash status identification"),
     of(0x607D, 0x607D, Kind::Array, "Software position limit"),
     of(0x608F, 0x608F, Kind::Array, "Position encoder resolution"),
     of(0x6091, 0x6091, Kind::Array, "Gear ratio"),
     of(0x6092, 0x6092, Kind::Array, "Feed constant"),
     of(0x6099, 0x6099, Kind::Array, "Homing speeds"),
     of(0x60C2, 0x60C2, Kind::Record, "Interpolation time period"),
+    of(0x60D0, 0x60D0, Kind::Array, "Touch probe source"),
     of(0x60E3, 0x60E3, Kind::Array, "Supported homing methods"),
     of(0x60FE, 0x60FE, Kind::Array, "Digital outputs"),
 ];

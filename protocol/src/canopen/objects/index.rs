@@ -38,6 +38,14 @@ pub const RPDO_MAPPING: u16 = 0x1600;
 pub const TPDO_COMMUNICATION: u16 = 0x1800;
 /// Mapping of the first TPDO.
 pub const TPDO_MAPPING: u16 = 0x1A00;
+/// Program data.
+pub const PROGRAM_DATA: u16 = 0x1F50;
+/// Program control.
+pub const PROGRAM_CONTROL: u16 = 0x1F51;
+/// Program software identification: here the CRC-32 of the program.
+pub const PROGRAM_IDENTIFICATION: u16 = 0x1F56;
+/// Flash status identification.
+pub const FLASH_STATUS: u16 = 0x1F57;
 /// What the person who commissioned the axis wants to remember.
 pub const NOTE: u16 = 0x2000;
 /// Abort-connection option code.
@@ -146,6 +154,20 @@ pub const TOUCH_PROBE_STATUS: u16 = 0x60B9;
 pub const TOUCH_PROBE_POSITIVE: u16 = 0x60BA;
 /// Touch probe 1, position at the negative edge, units.
 pub const TOUCH_PROBE_NEGATIVE: u16 = 0x60BB;
+/// Touch probe 2, position at the positive edge, units.
+pub const TOUCH_PROBE_2_POSITIVE: u16 = 0x60BC;
+/// Touch probe 2, position at the negative edge, units.
+pub const TOUCH_PROBE_2_NEGATIVE: u16 = 0x60BD;
+/// What triggers each touch probe.
+pub const TOUCH_PROBE_SOURCE: u16 = 0x60D0;
+/// Positive edges of touch probe 1.
+pub const PROBE_1_POSITIVE_EDGES: u16 = 0x60D5;
+/// Negative edges of touch probe 1.
+pub const PROBE_1_NEGATIVE_EDGES: u16 = 0x60D6;
+/// Positive edges of touch probe 2.
+pub const PROBE_2_POSITIVE_EDGES: u16 = 0x60D7;
+/// Negative edges of touch probe 2.
+pub const PROBE_2_NEGATIVE_EDGES: u16 = 0x60D8;
 /// Interpolation time period: value and power of ten of a second.
 pub const INTERPOLATION_PERIOD: u16 = 0x60C2;
 /// Supported homing methods.

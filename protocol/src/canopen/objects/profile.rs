@@ -9,7 +9,7 @@ use super::DataType::{I8, I16, I32, U8, U16, U32};
 use super::Mappable::{Both, No, Transmit};
 use super::Object;
 
-pub(super) const COUNT: usize = 85;
+pub(super) const COUNT: usize = 94;
 
 const METHODS: i64 = 9;
 const _: () = assert!(HomingMethod::ALL.len() == 9);
@@ -20,7 +20,7 @@ pub(super) const TABLE: [Object; COUNT] = [
     Object::number(0x603F, 0, "Error code", U16, Read, Transmit, 0),
     Object::number(0x6040, 0, "Controlword", U16, Write, Both, 0),
     Object::number(0x6041, 0, "Statusword", U16, Read, Transmit, 0),
-    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2).within(0, 6),
+    Object::number(0x605A, 0, "Quick stop option code", I16, Write, No, 2).within(0, 8),
     Object::number(0x605B, 0, "Shutdown option code", I16, Write, No, 0).within(0, 1),
     Object::number(
         0x605C,
@@ -32,8 +32,8 @@ pub(super) const TABLE: [Object; COUNT] = [
         1,
     )
     .within(0, 1),
-    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1).within(1, 2),
-    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2).within(0, 2),
+    Object::number(0x605D, 0, "Halt option code", I16, Write, No, 1).within(1, 4),
+    Object::number(0x605E, 0, "Fault reaction option code", I16, Write, No, 2).within(0, 4),
     Object::number(0x6060, 0, "Modes of operation", I8, Write, Both, 0).within(0, 10),
     Object::number(
         0x6061,
@@ -191,6 +191,24 @@ pub(super) const TABLE: [Object; COUNT] = [
         Transmit,
         0,
     ),
+    Object::number(
+        0x60BC,
+        0,
+        "Touch probe 2 positive edge",
+        I32,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60BD,
+        0,
+        "Touch probe 2 negative edge",
+        I32,
+        Read,
+        Transmit,
+        0,
+    ),
     Object::count(0x60C2, 2),
     Object::number(
         0x60C2,
@@ -203,6 +221,46 @@ pub(super) const TABLE: [Object; COUNT] = [
     )
     .within(1, 255),
     Object::number(0x60C2, 2, "Interpolation time index", I8, Write, No, -3).within(-6, 0),
+    Object::count(0x60D0, 2),
+    // 1, 2: probe inputs; 5: zero impulse; -1: home switch; -2, -3: limit switches.
+    Object::number(0x60D0, 1, "Touch probe 1 source", I16, Write, No, 1).within(-3, 5),
+    Object::number(0x60D0, 2, "Touch probe 2 source", I16, Write, No, 2).within(-3, 5),
+    Object::number(
+        0x60D5,
+        0,
+        "Touch probe 1 positive edge counter",
+        U16,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D6,
+        0,
+        "Touch probe 1 negative edge counter",
+        U16,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D7,
+        0,
+        "Touch probe 2 positive edge counter",
+        U16,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D8,
+        0,
+        "Touch probe 2 negative edge counter",
+        U16,
+        Read,
+        Transmit,
+        0,
+    ),
     Object::count(0x60E3, METHODS),
     method(1),
     method(2),

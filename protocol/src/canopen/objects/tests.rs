@@ -26,13 +26,13 @@ fn initial_values_fit_their_types() {
             DataType::I32 => (i64::from(i32::MIN), i64::from(i32::MAX)),
             DataType::U8 => (0, i64::from(u8::MAX)),
             DataType::U16 => (0, i64::from(u16::MAX)),
-            DataType::U32 | DataType::Text => (0, i64::from(u32::MAX)),
+            DataType::U32 | DataType::Text | DataType::Domain => (0, i64::from(u32::MAX)),
         };
         match object.initial {
             Initial::Number(value) => assert!((low..=high).contains(&value), "{object:?}"),
             Initial::PlusNode(_) => assert_eq!(object.data_type, DataType::U32),
             Initial::Text(text) => {
-                assert_eq!(object.data_type, DataType::Text);
+                assert!(object.data_type.size().is_none());
                 assert!(text.len() <= super::super::sdo::CAPACITY);
             }
         }
@@ -153,7 +153,7 @@ fn golden_sections_of_the_data_sheet() {
         "[607A]\nParameterName=Target position\nObjectType=0x7\nDataType=0x0004\nAccessType=rww\n\
          DefaultValue=0\nPDOMapping=1\n\n",
         "[605D]\nParameterName=Halt option code\nObjectType=0x7\nDataType=0x0003\nAccessType=rw\n\
-         DefaultValue=1\nPDOMapping=0\nLowLimit=1\nHighLimit=2\n\n",
+         DefaultValue=1\nPDOMapping=0\nLowLimit=1\nHighLimit=4\n\n",
         "[1800]\nParameterName=TPDO communication parameter\nObjectType=0x9\nSubNumber=6\n\n\
          [1800sub0]\nParameterName=Highest sub-index supported\n",
         "[1800sub1]\nParameterName=COB-ID used by TPDO\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\n\

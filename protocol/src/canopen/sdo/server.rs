@@ -30,22 +30,22 @@ enum State {
     Block(Address, Block),
 }
 
-/// One SDO server channel.
+/// One SDO server channel for objects of up to `N` bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Server {
+pub struct Server<const N: usize = CAPACITY> {
     state: State,
-    buffer: Vec<u8, CAPACITY>,
+    buffer: Vec<u8, N>,
     timeout: Micros,
     deadline: Micros,
 }
 
-impl Default for Server {
+impl<const N: usize> Default for Server<N> {
     fn default() -> Self {
         Self::new(DEFAULT_TIMEOUT)
     }
 }
 
-impl Server {
+impl<const N: usize> Server<N> {
     /// A server that gives a segmented transfer up after `timeout` without the next segment.
     #[must_use]
     pub const fn new(timeout: Micros) -> Self {
@@ -137,7 +137,7 @@ impl Server {
         } else {
             let announced = u32::from_le_bytes(tail(request));
             let announced = usize::try_from(announced).ok().filter(|_| sized);
-            if announced.is_some_and(|len| len > CAPACITY) {
+            if announced.is_some_and(|len| len > N) {
                 return Err((at, Abort::Memory));
             }
             objects.len(at).map_err(|abort| (at, abort))?;
@@ -236,8 +236,9 @@ impl Server {
 
     /// The object's value into the empty buffer.
     fn fill(&mut self, at: Address, objects: &impl ObjectAccess) -> Result<(), (Address, Abort)> {
+        let len = objects.len(at).map_err(|abort| (at, abort))?;
         self.buffer
-            .resize_default(CAPACITY)
+            .resize_default(len)
             .map_err(|_| (at, Abort::Memory))?;
         let len = objects
             .read(at, &mut self.buffer)

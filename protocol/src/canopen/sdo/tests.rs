@@ -76,7 +76,7 @@ fn golden_expedited_frames() {
         [0x40, 0x00, 0x20, 7, 0, 0, 0, 0]
     );
 
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let answer = server.on_request(NOW, &word, &mut objects(&[0; 4]));
     assert_eq!(answer, Some([0x60, 0x00, 0x20, 7, 0, 0, 0, 0]));
     let read = [0x40, 0x00, 0x20, 7, 0, 0, 0, 0];
@@ -86,7 +86,7 @@ fn golden_expedited_frames() {
 
 #[test]
 fn golden_segmented_upload() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"irp6 drive");
     let mut ask = |request: [u8; 8]| server.on_request(NOW, &request, &mut od).unwrap();
     assert_eq!(
@@ -113,13 +113,13 @@ fn golden_segmented_download() {
 #[test]
 fn golden_abort() {
     let request = [0x40, 0x01, 0x20, 0, 0, 0, 0, 0];
-    let answer = Server::default().on_request(NOW, &request, &mut objects(&[]));
+    let answer = Server::<CAPACITY>::default().on_request(NOW, &request, &mut objects(&[]));
     assert_eq!(answer, Some([0x80, 0x01, 0x20, 0, 0x00, 0x00, 0x02, 0x06]));
 }
 
 #[test]
 fn a_refusal_reaches_the_client() {
-    let (mut client, mut server) = (Client::default(), Server::default());
+    let (mut client, mut server) = (Client::default(), Server::<CAPACITY>::default());
     let at = Address::new(0x2001, 0);
     let request = client.upload(NOW, at).unwrap();
     let outcome = exchange(&mut client, &mut server, &mut objects(&[1]), request);
@@ -129,7 +129,7 @@ fn a_refusal_reaches_the_client() {
 
 #[test]
 fn a_wrong_toggle_aborts_and_changes_nothing() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"before");
     let start = [0x21, 0, 0x20, 7, 10, 0, 0, 0];
     server.on_request(NOW, &start, &mut od).unwrap();
@@ -146,7 +146,7 @@ fn a_wrong_toggle_aborts_and_changes_nothing() {
 #[test]
 fn a_length_that_was_not_announced_aborts() {
     for (announced, expected) in [(3, Abort::TooLong), (9, Abort::TooShort)] {
-        let mut server = Server::default();
+        let mut server = Server::<CAPACITY>::default();
         let mut od = objects(b"before");
         server
             .on_request(NOW, &[0x21, 0, 0x20, 7, announced, 0, 0, 0], &mut od)
@@ -160,7 +160,7 @@ fn a_length_that_was_not_announced_aborts() {
 #[test]
 fn more_than_the_capacity_is_refused_before_it_is_sent() {
     let request = [0x21, 0, 0x20, 7, 0x01, 0x01, 0, 0];
-    let answer = Server::default()
+    let answer = Server::<CAPACITY>::default()
         .on_request(NOW, &request, &mut objects(&[1]))
         .unwrap();
     assert_eq!(
@@ -186,7 +186,7 @@ fn both_sides_give_up_in_time() {
     assert_eq!(client.poll(Micros(1000)), Some(expected));
     assert!(client.is_idle());
 
-    let mut server = Server::new(timeout);
+    let mut server = Server::<CAPACITY>::new(timeout);
     assert_eq!(server.poll(Micros(5000)), None);
     server
         .on_request(NOW, &[0x21, 0, 0x20, 7, 10, 0, 0, 0], &mut objects(&[1]))
@@ -208,7 +208,7 @@ fn every_abort_code_is_its_own() {
 proptest! {
     #[test]
     fn any_value_is_written_and_read_back(value in prop::collection::vec(any::<u8>(), 0..=CAPACITY)) {
-        let (mut client, mut server) = (Client::default(), Server::default());
+        let (mut client, mut server) = (Client::default(), Server::<CAPACITY>::default());
         let mut od = objects(&[0xAA]);
         let request = client.download(NOW, AT, &value).unwrap();
         let outcome = exchange(&mut client, &mut server, &mut od, request);
@@ -222,7 +222,7 @@ proptest! {
 
     #[test]
     fn no_frame_breaks_either_side(frames in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=8), 0..40)) {
-        let (mut client, mut server) = (Client::<32>::default(), Server::default());
+        let (mut client, mut server) = (Client::<32>::default(), Server::<CAPACITY>::default());
         let mut od = objects(&[1; 40]);
         for frame in frames {
             let _ = client.upload(NOW, AT);

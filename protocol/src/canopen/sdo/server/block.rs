@@ -1,7 +1,7 @@
 //! Block transfer, the server's side.
 
 use super::super::block::{self, Incoming, MAX_BLOCK, Outgoing, Taken, head};
-use super::super::{Abort, Address, CAPACITY, ObjectAccess, tail, with_address};
+use super::super::{Abort, Address, ObjectAccess, tail, with_address};
 use super::{Server, State};
 
 /// Where a block transfer is.
@@ -32,7 +32,7 @@ pub(super) enum Block {
 /// The answer to a request, if any.
 type Answer = Result<Option<[u8; 8]>, (Address, Abort)>;
 
-impl Server {
+impl<const N: usize> Server<N> {
     /// A client wants to write in blocks.
     pub(super) fn block_download(
         &mut self,
@@ -49,7 +49,7 @@ impl Server {
         let announced = usize::try_from(announced)
             .ok()
             .filter(|_| first & head::SIZED != 0);
-        if announced.is_some_and(|len| len > CAPACITY) {
+        if announced.is_some_and(|len| len > N) {
             return Err((at, Abort::Memory));
         }
         objects.len(at).map_err(|abort| (at, abort))?;

@@ -21,7 +21,7 @@ fn the_crc_is_that_of_the_standard() {
 
 #[test]
 fn golden_block_download() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"before");
     let mut ask = |request: [u8; 8]| server.on_request(NOW, &request, &mut od);
     // 10 bytes with CRC: the answer welcomes 127 segments
@@ -44,7 +44,7 @@ fn golden_block_download() {
 
 #[test]
 fn golden_block_upload() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"irp6 drive");
     let start = bytes(0xA4, [0, 0x20, 7, 127, 0, 0, 0]);
     let answer = server.on_request(NOW, &start, &mut od);
@@ -84,7 +84,7 @@ fn golden_client_frames() {
 
 #[test]
 fn a_wrong_crc_changes_nothing() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"before");
     let mut ask = |request: [u8; 8]| server.on_request(NOW, &request, &mut od);
     ask(bytes(0xC6, [0, 0x20, 7, 7, 0, 0, 0]));
@@ -96,7 +96,7 @@ fn a_wrong_crc_changes_nothing() {
 
 #[test]
 fn without_crc_the_field_does_not_count() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"before");
     let mut ask = |request: [u8; 8]| server.on_request(NOW, &request, &mut od);
     ask(bytes(0xC2, [0, 0x20, 7, 7, 0, 0, 0]));
@@ -112,10 +112,10 @@ fn without_crc_the_field_does_not_count() {
 fn bad_block_sizes_lengths_and_sequences_abort() {
     for size in [0, 128, 255] {
         let start = bytes(0xA4, [0, 0x20, 7, size, 0, 0, 0]);
-        let answer = Server::default().on_request(NOW, &start, &mut objects(b"x"));
+        let answer = Server::<CAPACITY>::default().on_request(NOW, &start, &mut objects(b"x"));
         assert_eq!(abort_of(answer.unwrap()), Abort::BlockSize, "{size}");
     }
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"irp6 drive");
     server.on_request(NOW, &bytes(0xA4, [0, 0x20, 7, 2, 0, 0, 0]), &mut od);
     server.on_request(NOW, &bytes(0xA3, [0; 7]), &mut od);
@@ -123,7 +123,7 @@ fn bad_block_sizes_lengths_and_sequences_abort() {
     let answer = server.on_request(NOW, &bytes(0xA2, [3, 2, 0, 0, 0, 0, 0]), &mut od);
     assert_eq!(abort_of(answer.unwrap()), Abort::Sequence);
     for (announced, expected) in [(6, Abort::TooLong), (8, Abort::TooShort)] {
-        let mut server = Server::default();
+        let mut server = Server::<CAPACITY>::default();
         let mut ask = |request: [u8; 8]| server.on_request(NOW, &request, &mut od);
         ask(bytes(0xC2, [0, 0x20, 7, announced, 0, 0, 0]));
         ask(*b"\x81irp6 dr");
@@ -131,13 +131,13 @@ fn bad_block_sizes_lengths_and_sequences_abort() {
         assert_eq!(abort_of(answer), expected);
     }
     let too_long = bytes(0xC6, [0, 0x20, 7, 1, 1, 0, 0]);
-    let answer = Server::default().on_request(NOW, &too_long, &mut od);
+    let answer = Server::<CAPACITY>::default().on_request(NOW, &too_long, &mut od);
     assert_eq!(abort_of(answer.unwrap()), Abort::Memory);
 }
 
 #[test]
 fn more_segments_than_the_buffer_holds_abort() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let mut od = objects(b"before");
     // no length announced
     server.on_request(NOW, &bytes(0xC4, [0, 0x20, 7, 0, 0, 0, 0]), &mut od);
@@ -170,7 +170,7 @@ fn answers_that_confirm_nothing_are_not_answered_for_ever() {
 
 #[test]
 fn a_short_value_may_come_without_blocks() {
-    let mut server = Server::default();
+    let mut server = Server::<CAPACITY>::default();
     let start = bytes(0xA4, [0, 0x20, 7, 127, 4, 0, 0]);
     let answer = server.on_request(NOW, &start, &mut objects(&[1, 2]));
     assert_eq!(answer, Some([0x4B, 0, 0x20, 7, 1, 2, 0, 0]));

@@ -4,10 +4,13 @@ use std::collections::VecDeque;
 
 use super::*;
 
+/// Longer than two blocks of 127 segments.
+const LONG: usize = 2000;
+
 /// The client of either kind.
 enum Any {
-    Segments(Client),
-    Blocks(BlockClient<CAPACITY>),
+    Segments(Client<LONG>),
+    Blocks(BlockClient<LONG>),
 }
 
 impl Any {
@@ -54,7 +57,7 @@ fn fates() -> impl Strategy<Value = Vec<Fate>> {
         1 => Just(Fate::Lost),
         1 => Just(Fate::Doubled),
     ];
-    prop::collection::vec(fate, 0..150)
+    prop::collection::vec(fate, 0..900)
 }
 
 /// Both directions of a wire; where `fates` ends, everything arrives.
@@ -83,7 +86,7 @@ impl Wire {
 /// Runs one transfer to its end. Each turn without a frame lets time pass.
 fn transfer(
     client: &mut Any,
-    server: &mut Server,
+    server: &mut Server<LONG>,
     od: &mut Objects,
     first: [u8; 8],
     fates: Vec<Fate>,
@@ -95,8 +98,8 @@ fn transfer(
     };
     let mut now = Micros(0);
     wire.put(true, first);
-    // 256 bytes are 37 segments, each with its answer, plus what is repeated: far below this bound.
-    for _ in 0..3000 {
+    // 2000 bytes are 286 segments, each with its answer, plus what is repeated: far below this bound.
+    for _ in 0..20_000 {
         let progress = if let Some(request) = wire.to_server.pop_front() {
             if let Some(answer) = server.on_request(now, &request, od) {
                 wire.put(false, answer);
@@ -131,11 +134,11 @@ fn transfer(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn a_download_ends_in_the_value_or_an_abort(
-        value in prop::collection::vec(any::<u8>(), 1..=CAPACITY),
+        value in prop::collection::vec(any::<u8>(), 1..=LONG),
         fates in fates(),
         blocks in any::<bool>(),
     ) {
@@ -145,7 +148,7 @@ proptest! {
             Any::Segments(client) => client.download(NOW, AT, &value),
             Any::Blocks(client) => client.download(NOW, AT, &value),
         }.unwrap();
-        let outcome = transfer(&mut client, &mut Server::default(), &mut od, first, fates);
+        let outcome = transfer(&mut client, &mut Server::<LONG>::default(), &mut od, first, fates);
         let stored = &od.0[&AT];
         prop_assert!(stored == b"before" || *stored == value, "{:?}: {:?}", outcome, stored);
         if outcome == Outcome::Downloaded(AT) {
@@ -155,7 +158,7 @@ proptest! {
 
     #[test]
     fn an_upload_ends_in_the_value_or_an_abort(
-        value in prop::collection::vec(any::<u8>(), 1..=CAPACITY),
+        value in prop::collection::vec(any::<u8>(), 1..=LONG),
         fates in fates(),
         blocks in any::<bool>(),
     ) {
@@ -165,32 +168,32 @@ proptest! {
             Any::Segments(client) => client.upload(NOW, AT),
             Any::Blocks(client) => client.upload(NOW, AT),
         }.unwrap();
-        let outcome = transfer(&mut client, &mut Server::default(), &mut od, first, fates);
+        let outcome = transfer(&mut client, &mut Server::<LONG>::default(), &mut od, first, fates);
         if outcome == Outcome::Uploaded(AT) {
             prop_assert_eq!(client.data(), &value[..]);
         }
     }
 
     #[test]
-    fn without_loss_every_block_transfer_succeeds(value in prop::collection::vec(any::<u8>(), 0..=CAPACITY)) {
+    fn without_loss_every_block_transfer_succeeds(value in prop::collection::vec(any::<u8>(), 0..=LONG)) {
         let mut od = objects(b"before");
-        let mut client = BlockClient::<CAPACITY>::default();
+        let mut client = BlockClient::<LONG>::default();
         let first = client.download(NOW, AT, &value).unwrap();
         let mut client = Any::Blocks(client);
-        let outcome = transfer(&mut client, &mut Server::default(), &mut od, first, Vec::new());
+        let outcome = transfer(&mut client, &mut Server::<LONG>::default(), &mut od, first, Vec::new());
         prop_assert_eq!(outcome, Outcome::Downloaded(AT));
         prop_assert_eq!(&od.0[&AT], &value);
-        let mut client = BlockClient::<CAPACITY>::default();
+        let mut client = BlockClient::<LONG>::default();
         let first = client.upload(NOW, AT).unwrap();
         let mut client = Any::Blocks(client);
-        let outcome = transfer(&mut client, &mut Server::default(), &mut od, first, Vec::new());
+        let outcome = transfer(&mut client, &mut Server::<LONG>::default(), &mut od, first, Vec::new());
         prop_assert_eq!(outcome, Outcome::Uploaded(AT));
         prop_assert_eq!(client.data(), &value[..]);
     }
 
     #[test]
     fn no_frame_breaks_block_transfer(frames in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=8), 0..40)) {
-        let (mut client, mut server) = (BlockClient::<32>::default(), Server::default());
+        let (mut client, mut server) = (BlockClient::<32>::default(), Server::<CAPACITY>::default());
         let mut od = objects(&[1; 40]);
         for frame in frames {
             let _ = client.download(NOW, AT, &[3; 20]);
