@@ -42,9 +42,9 @@ pub use report::{
 use crate::angle::Angle;
 use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
 use crate::ramp::Ramp;
-use rate::{PathClock, RateLimits};
 use fixed::{FixedSegment, Unfixable};
 use queue::Queue;
+use rate::{PathClock, RateLimits};
 use segment::{End, Excess, Segment, reach_from};
 use tail::{Tail, TailLimits};
 

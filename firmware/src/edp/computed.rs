@@ -26,11 +26,12 @@
 
 use super::Edp;
 use crate::edp::axis::{Axis, per_mille};
-use motion::Setpoint;
+use crate::edp::servo::narrow;
+use motion::{Angle, Setpoint};
 use protocol::canopen::cia402::PowerState;
 use protocol::message::ServoLaw;
 use robots::dynamics::{Chain, STANDARD_GRAVITY, Transmission, Wrench};
-use robots::{AxisDescription, Joints, KinematicError, Motors, Robot};
+use robots::{AxisDescription, Joints, KinematicError, MotorMotion, Motors, Robot};
 
 /// ω·Ts.
 const BANDWIDTH_STEPS: f64 = 0.18;
@@ -140,9 +141,9 @@ impl<const N: usize> ComputedTorque<N> {
 
     fn transmission<R: Robot<N>>(
         robot: &R,
-        motors: &[f64; N],
+        motors: &Motors<N>,
     ) -> Result<(Joints<N>, Transmission<N>), KinematicError> {
-        let joints = robot.joints(&Motors(*motors))?;
+        let joints = robot.joints(motors)?;
         Ok((joints, robot.transmission(&joints)?))
     }
 
@@ -154,14 +155,14 @@ impl<const N: usize> ComputedTorque<N> {
     pub fn step<R: Robot<N>>(
         &mut self,
         robot: &R,
-        demand: &Setpoint<N>,
+        demand: &MotorMotion<N>,
         measured: &[Measured; N],
     ) -> Result<[f64; N], KinematicError> {
         let (joints, transmission) = Self::transmission(robot, &demand.position)?;
         let posture = self.chain.at(&joints);
         let [kp, kv, ki] = self.gains;
         let actual = measured.each_ref().map(|axis| axis.angle);
-        let mut errors = demand.position;
+        let mut errors = demand.position.0;
         for (error, actual) in errors.iter_mut().zip(actual) {
             *error -= actual;
         }
@@ -229,7 +230,7 @@ impl<const N: usize> ComputedTorque<N> {
     pub fn model<R: Robot<N>>(
         &self,
         robot: &R,
-        demand: &Setpoint<N>,
+        demand: &MotorMotion<N>,
     ) -> Result<[f64; N], KinematicError> {
         let (joints, transmission) = Self::transmission(robot, &demand.position)?;
         let mut torques = self.chain.at(&joints).motor_inverse_dynamics(
@@ -247,6 +248,15 @@ impl<const N: usize> ComputedTorque<N> {
     }
 }
 
+/// A set-point as the model takes it.
+fn exact<const N: usize>(setpoint: &Setpoint<N>) -> MotorMotion<N> {
+    MotorMotion {
+        position: Motors(setpoint.position.map(Angle::to_f64)),
+        velocity: setpoint.velocity.map(f64::from),
+        acceleration: setpoint.acceleration.map(f64::from),
+    }
+}
+
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Is this law one this robot has?
     pub(super) const fn has(&self, law: ServoLaw) -> bool {
@@ -257,12 +267,17 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Currents, mA, of the robot's computed torques, where that law is in force and can be.
-    pub(super) fn computed_currents(&mut self, demand: &Setpoint<N>) -> Option<[f64; N]> {
+    pub(super) fn computed_currents(&mut self, demand: &Setpoint<N>) -> Option<[f32; N]> {
         let in_force = |axis: &Axis| axis.law() == ServoLaw::ComputedTorque;
-        let chosen = self.mode.torque() && self.homed() && self.axes.iter().any(in_force);
+        if !(self.axes.iter().any(in_force) && self.mode.torque() && self.homed()) {
+            if let Some(computed) = &mut self.computed {
+                computed.leave();
+            }
+            return None;
+        }
         let measured = core::array::from_fn(|k| Measured {
             angle: self.axes.get(k).map_or(0.0, Axis::actual_rad),
-            current_ma: self.holding_ma(k),
+            current_ma: f64::from(self.holding_ma(k)),
             follows: self
                 .drives
                 .links()
@@ -271,9 +286,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 == Some(Some(PowerState::OperationEnabled)),
         });
         let computed = self.computed.as_mut()?;
-        let currents = chosen
-            .then(|| computed.step(&self.robot, demand, &measured).ok())
-            .flatten();
+        let currents = computed
+            .step(&self.robot, &exact(demand), &measured)
+            .ok()
+            .map(|currents| currents.map(narrow));
         if currents.is_none() {
             computed.leave();
         }
@@ -285,9 +301,12 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let in_csp = |axis: &Axis| axis.law() == ServoLaw::DrivePosition;
         let mapped = self.setup.scripts.iter().any(|script| script.torque_offset);
         // drives confirm a change of mode one after the other
-        let wanted = mapped && self.mode.torque() && self.homed() && self.axes.iter().any(in_csp);
+        if !mapped {
+            return [None; N];
+        }
+        let wanted = self.mode.torque() && self.homed() && self.axes.iter().any(in_csp);
         let model = match &self.computed {
-            Some(computed) if wanted => computed.model(&self.robot, demand).ok(),
+            Some(computed) if wanted => computed.model(&self.robot, &exact(demand)).ok(),
             _ => None,
         };
         self.offset_share = match model {
@@ -304,7 +323,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             let torque = if in_csp(axis) { *torques.get(k)? } else { 0.0 };
             script
                 .torque_offset
-                .then(|| per_mille(1e6 * self.offset_share * torque / rated_mnm))
+                .then(|| per_mille(narrow(1e6 * self.offset_share * torque / rated_mnm)))
         })
     }
 }

@@ -37,11 +37,7 @@ pub(crate) enum Unfixable {
     /// It lasts longer than [`MOST_US`].
     Long,
     /// An axis would go farther than the integers reach: the value and its limit, in the axis' unit.
-    Far {
-        axis: usize,
-        value: f64,
-        limit: f64,
-    },
+    Far { axis: usize, value: f64, limit: f64 },
 }
 
 /// One polynomial per axis, in u.

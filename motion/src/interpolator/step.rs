@@ -124,9 +124,7 @@ fn timed<const N: usize>(
 ) {
     let (rate, change) = (narrow(path.rate), narrow(path.change));
     let square = rate * rate;
-    for (((p, (v, a)), (s, ds, dds)), (lower, upper)) in
-        axes_mut(setpoint).zip(states).zip(reach)
-    {
+    for (((p, (v, a)), (s, ds, dds)), (lower, upper)) in axes_mut(setpoint).zip(states).zip(reach) {
         // takes away rounding only: the extrema were checked
         *p = s.within(*lower, *upper);
         *v = ds * rate;

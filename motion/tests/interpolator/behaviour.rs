@@ -201,8 +201,10 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
     assert!((accepted.acceleration_step[0] - 3.0).abs() < 1e-12); // 6·d/t²
     assert!((edp.step(1).setpoint.acceleration[0] - 3.0).abs() < 1e-4);
     edp.step(1_000_001);
-    assert!(edp.setpoint().acceleration[0] == 0.0
-            && Some(edp.setpoint().position[0]) == Angle::nearest(0.5));
+    assert!(
+        edp.setpoint().acceleration[0] == 0.0
+            && Some(edp.setpoint().position[0]) == Angle::nearest(0.5)
+    );
     let mut axis = envelope(5.0, HARD);
     axis.acceleration_step = 2.9;
     let mut strict = Interpolator::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
@@ -266,7 +268,8 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
 fn a_pace_serves_every_envelope_that_differs_in_position_only() {
     let pace = FeedPace::new(&[envelope(5.0, HARD)]);
     let new = Interpolator::<1, 4>::new([envelope(7.0, HARD)], [Angle::ZERO]).unwrap();
-    let paced = Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [Angle::ZERO], pace).unwrap();
+    let paced =
+        Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [Angle::ZERO], pace).unwrap();
     assert_eq!(
         new.hold_duration_s().to_bits(),
         paced.hold_duration_s().to_bits()

@@ -88,12 +88,12 @@ impl<const N: usize> Observer<N> {
         );
         // reported derivatives are the derivatives: trapezoid rules, error |f''|·h³/12
         assert!(
-            (v0 - v1 - 0.5 * TS * (a0 + a1)).abs() <= 0.26 * hard.j * TS * TS + 2.0 * narrow_v + TS * narrow_a,
+            (v0 - v1 - 0.5 * TS * (a0 + a1)).abs()
+                <= 0.26 * hard.j * TS * TS + 2.0 * narrow_v + TS * narrow_a,
             "v' = a, {}",
             context()
         );
-        let slack =
-            hard.j * TS * TS * TS / 4.0 + 2.0 * noise + TS * narrow_v + TS * TS * narrow_a;
+        let slack = hard.j * TS * TS * TS / 4.0 + 2.0 * noise + TS * narrow_v + TS * TS * narrow_a;
         assert!(
             (p0 - p1 - 0.5 * TS * (v0 + v1) + TS * TS * (a0 - a1) / 12.0).abs() <= slack,
             "p' = v, {}",

@@ -3,6 +3,14 @@ use robots::{Conveyor, Irp6Postument, Polycrank};
 
 const TS: f64 = 0.002;
 
+fn at_rest(angles: [f64; 7]) -> MotorMotion<7> {
+    MotorMotion {
+        position: Motors(angles),
+        velocity: [0.0; 7],
+        acceleration: [0.0; 7],
+    }
+}
+
 fn still(angles: &[f64; 7]) -> [Measured; 7] {
     angles.map(|angle| Measured {
         angle,
@@ -11,9 +19,9 @@ fn still(angles: &[f64; 7]) -> [Measured; 7] {
     })
 }
 
-fn demand() -> Setpoint<7> {
-    Setpoint {
-        position: [0.3, -0.8, 0.5, 0.2, -0.4, 0.3, 0.0],
+fn demand() -> MotorMotion<7> {
+    MotorMotion {
+        position: Motors([0.3, -0.8, 0.5, 0.2, -0.4, 0.3, 0.0]),
         velocity: [1.0, -2.0, 0.5, 1.5, 2.0, -1.0, 3.0],
         acceleration: [5.0, 4.0, -3.0, 2.0, -1.0, 6.0, 7.0],
     }
@@ -31,11 +39,11 @@ fn without_errors_it_gives_the_torques_of_the_equation_of_motion() {
     law.begin();
     let d = demand();
     // where the encoders were a step ago, so that the measured velocities are those demanded
-    let before: [f64; 7] = core::array::from_fn(|k| d.position[k] - TS * d.velocity[k]);
-    let at_rest = Setpoint::at_rest(before);
-    law.step(&Polycrank, &at_rest, &still(&before)).unwrap();
-    let currents = law.step(&Polycrank, &d, &still(&d.position)).unwrap();
-    let q = Joints(d.position);
+    let before: [f64; 7] = core::array::from_fn(|k| d.position.0[k] - TS * d.velocity[k]);
+    let standing = at_rest(before);
+    law.step(&Polycrank, &standing, &still(&before)).unwrap();
+    let currents = law.step(&Polycrank, &d, &still(&d.position.0)).unwrap();
+    let q = Joints(d.position.0);
     let transmission = Polycrank.transmission(&q).unwrap();
     let chain = Polycrank.chain().unwrap();
     let torques = chain.at(&q).motor_inverse_dynamics(
@@ -60,16 +68,16 @@ fn without_errors_it_gives_the_torques_of_the_equation_of_motion() {
 
 #[test]
 fn an_error_of_one_axis_is_answered_on_all_as_the_mass_matrix_says() {
-    let d = Setpoint::at_rest(demand().position);
+    let d = at_rest(demand().position.0);
     let mut currents = [[0.0; 7]; 2];
     for (currents, error) in currents.iter_mut().zip([0.0, 1e-4]) {
         let mut law = ComputedTorque::new(&Polycrank, TS).unwrap();
         law.begin();
-        let mut actual = d.position;
+        let mut actual = d.position.0;
         actual[1] -= error;
         *currents = law.step(&Polycrank, &d, &still(&actual)).unwrap();
     }
-    let q = Joints(d.position);
+    let q = Joints(d.position.0);
     let matrix = Polycrank.chain().unwrap().at(&q).mass_matrix();
     let matrix = Polycrank.transmission(&q).unwrap().mass_matrix(&matrix);
     for (k, axis) in Polycrank.description().axes.iter().enumerate() {
@@ -86,8 +94,8 @@ fn an_error_of_one_axis_is_answered_on_all_as_the_mass_matrix_says() {
 #[test]
 fn taking_over_goes_on_with_the_currents_there_are() {
     let mut law = ComputedTorque::new(&Polycrank, TS).unwrap();
-    let d = Setpoint::at_rest(demand().position);
-    let mut measured = still(&d.position);
+    let d = at_rest(demand().position.0);
+    let mut measured = still(&d.position.0);
     for (k, axis) in measured.iter_mut().enumerate() {
         axis.angle += 1e-5;
         axis.current_ma = [3000.0, -2000.0, 100.0, 5000.0, 1500.0, -40.0, 9.0][k];
@@ -103,8 +111,8 @@ fn taking_over_goes_on_with_the_currents_there_are() {
 fn saturated_axes_do_not_wind_up_and_all_stay_within_their_current() {
     let mut law = ComputedTorque::new(&Polycrank, TS).unwrap();
     law.begin();
-    let d = Setpoint::at_rest(demand().position);
-    let far = d.position.map(|x| x - 1.0);
+    let d = at_rest(demand().position.0);
+    let far = d.position.0.map(|x| x - 1.0);
     for _ in 0..1000 {
         let currents = law.step(&Polycrank, &d, &still(&far)).unwrap();
         for (current, axis) in currents.iter().zip(&Polycrank.description().axes) {
@@ -118,7 +126,7 @@ fn saturated_axes_do_not_wind_up_and_all_stay_within_their_current() {
     );
     // nor while a drive does not follow yet
     law.begin();
-    let mut waiting = still(&d.position.map(|x| x - 1e-3));
+    let mut waiting = still(&d.position.0.map(|x| x - 1e-3));
     for axis in &mut waiting {
         axis.follows = false;
     }
@@ -132,6 +140,6 @@ fn saturated_axes_do_not_wind_up_and_all_stay_within_their_current() {
 fn a_demand_without_a_posture_gives_no_torques() {
     let mut law = ComputedTorque::new(&Polycrank, TS).unwrap();
     let mut d = demand();
-    d.position[2] = f64::NAN;
+    d.position.0[2] = f64::NAN;
     assert!(law.step(&Polycrank, &d, &still(&[0.0; 7])).is_err());
 }
