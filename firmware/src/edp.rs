@@ -35,7 +35,7 @@ use protocol::fault::{Cause, Fault, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::message::{HomingPhase, NodeState, ServoLaw};
 use protocol::time::Micros;
-use robots::{Motors, Robot};
+use robots::{JointGuard, Motors, Robot};
 use synchronise::HomingRun;
 
 /// What homing reports to the outside.
@@ -61,6 +61,7 @@ pub struct Edp<R, const N: usize> {
     offset_share: f64,
     interpolator: Holder<N>,
     gate: Gate<N>,
+    guard: JointGuard<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
     last_knot_at: Micros,
@@ -96,6 +97,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             axes,
             interpolator: Holder::new(setup.pace),
             gate: Gate::at_rest(&[Angle::ZERO; N], &setup.bounds(false), setup.servo_step_s),
+            guard: JointGuard::new(robot.description()),
             homing: None,
             homing_report: None,
             last_knot_at: Micros(0),

@@ -119,7 +119,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// Joint limits, once homed.
     pub(super) fn joints_inside(&self, positions: &[Angle; N]) -> Result<(), (Cause, usize)> {
-        if !self.homed() {
+        if !self.homed() || self.guard.accepts(positions) {
             return Ok(());
         }
         let checked = self
