@@ -61,6 +61,8 @@ pub struct Edp<R, const N: usize> {
     offset_share: f64,
     interpolator: Holder<N>,
     gate: Gate<N>,
+    /// The gate has the bounds of a homed robot.
+    gate_homed: bool,
     guard: JointGuard<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
@@ -97,6 +99,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             axes,
             interpolator: Holder::new(setup.pace),
             gate: Gate::at_rest(&[Angle::ZERO; N], &setup.bounds(false), setup.servo_step_s),
+            gate_homed: false,
             guard: JointGuard::new(robot.description()),
             homing: None,
             homing_report: None,
@@ -353,11 +356,14 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let homed = self.homed();
         self.interpolator
             .hold(self.setup.envelopes(homed), positions);
-        self.gate = Gate::at_rest(
-            &positions,
-            &self.setup.bounds(homed),
-            self.setup.servo_step_s,
-        );
+        if homed == self.gate_homed {
+            self.gate.hold(&positions);
+        } else {
+            // its limits become integers only when they change
+            let bounds = self.setup.bounds(homed);
+            self.gate = Gate::at_rest(&positions, &bounds, self.setup.servo_step_s);
+            self.gate_homed = homed;
+        }
         self.queue_end = Motors(positions.map(Angle::to_f64));
         self.quick_stop_taken = false;
         self.coming_to_rest = false;

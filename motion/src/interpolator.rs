@@ -119,6 +119,8 @@ enum Mode<const N: usize> {
 #[derive(Clone, Copy, Debug)]
 struct OffPath<const N: usize> {
     since_us: u64,
+    /// How long the last axis takes, s.
+    duration: f64,
     from: [Angle; N],
     velocity: [Ramp; N],
 }

@@ -112,6 +112,17 @@ impl<const N: usize> Gate<N> {
         }
     }
 
+    /// At rest at these positions from now on, within the same limits.
+    pub fn hold(&mut self, positions: &[Angle; N]) {
+        for (past, position) in self.past.iter_mut().zip(positions) {
+            *past = Past {
+                position: *position,
+                first: 0,
+                second: 0,
+            };
+        }
+    }
+
     /// The last set-points that passed.
     #[must_use]
     pub fn positions(&self) -> [Angle; N] {
@@ -304,6 +315,21 @@ mod test {
             };
             assert!(gate(0.0, unbounded).pass(&[end]).is_err());
         }
+    }
+
+    #[test]
+    fn held_anew_it_knows_no_motion_but_its_limits() {
+        let mut gate = gate(0.0, B);
+        let step = Angle::bound(TS * TS * TS * B.jerk);
+        for k in [1, 4, 10] {
+            assert_eq!(gate.pass(&[Angle::of_quanta(k * step.quanta())]), Ok(()));
+        }
+        gate.hold(&[Angle::bound(2.0)]);
+        assert!(
+            gate.pass(&[Angle::bound(2.0).plus(2 * step.quanta())])
+                .is_err()
+        );
+        assert_eq!(gate.pass(&[Angle::bound(2.0).plus(step.quanta())]), Ok(()));
     }
 
     #[test]

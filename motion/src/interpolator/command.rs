@@ -3,7 +3,7 @@
 use super::report::Moving;
 use super::{Interpolator, Mode, OffPath, QuickStop, Status, StopCause};
 use crate::ramp::Ramp;
-use crate::scalar::{smaller, within};
+use crate::scalar::{larger, smaller, within};
 
 /// Kept below the hard limits in a quick stop, for rounding: velocity and acceleration have 24 bits, positions are
 /// quantised.
@@ -64,6 +64,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     fn leave_path(&mut self) -> QuickStop {
         let mut stop = OffPath {
             since_us: self.now_us,
+            duration: 0.0,
             from: self.setpoint.position,
             velocity: [Ramp::new(0.0, 0.0, 0.0, 1.0, 1.0); N],
         };
@@ -76,6 +77,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             let hard = axis.hard.scaled(ROUNDING_MARGIN);
             let a = within(f64::from(*a), -hard.a, hard.a);
             *ramp = Ramp::new(f64::from(*v), a, 0.0, hard.a, hard.j);
+            stop.duration = larger(stop.duration, ramp.duration());
         }
         let mut each = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
         let inside = each.all(|((p, ramp), (lower, upper))| {

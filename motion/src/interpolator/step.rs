@@ -76,7 +76,6 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     fn step_off_path(&mut self, stop: &OffPath<N>) -> Status {
         let cause = StopCause::QuickStop;
         let t = float_us(self.now_us.saturating_sub(stop.since_us)) / US_PER_S;
-        let mut moving = false;
         let axes = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
         for ((p, (v, a)), ((from, ramp), (lower, upper))) in axes_mut(&mut self.setpoint).zip(axes)
         {
@@ -85,9 +84,8 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             // takes away rounding only: the end was checked
             *p = further.within(*lower, *upper);
             (*v, *a) = (narrow(state.x), narrow(state.dx));
-            moving |= t < ramp.duration();
         }
-        if moving {
+        if t < stop.duration {
             return Status::Stopping { cause };
         }
         let position = self.setpoint.position;
