@@ -58,7 +58,7 @@ pub struct Edp<R, const N: usize> {
     /// The law of the robot as a whole, of one that has a chain.
     computed: Option<ComputedTorque<N>>,
     /// The part of the model's torque that csp has as an offset, 0 to 1.
-    offset_share: f64,
+    offset_share: f32,
     interpolator: Holder<N>,
     gate: Gate<N>,
     /// The gate has the bounds of a homed robot.

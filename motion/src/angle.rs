@@ -53,6 +53,8 @@ impl Angle {
         clippy::cast_possible_truncation,
         reason = "a float to integer cast saturates"
     )]
+    // one function: it is soft floats on a microcontroller, and called in many places
+    #[inline(never)]
     pub fn bound(limit: f64) -> Self {
         Self(libm::round(limit * PER_UNIT) as i64)
     }

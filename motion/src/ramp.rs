@@ -88,6 +88,8 @@ impl Ramp {
 
     /// The state t seconds after the beginning; constant from the end on.
     #[must_use]
+    // one function: clock and quick stop call it
+    #[inline(never)]
     pub fn at(&self, t: f64) -> RampState {
         if t < self.t1 {
             return self.first(larger(t, 0.0));

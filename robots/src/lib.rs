@@ -50,6 +50,7 @@ pub mod error;
 mod gearing;
 pub mod guard;
 pub mod irp6;
+mod narrow;
 mod orientation;
 mod planning;
 pub mod polycrank;

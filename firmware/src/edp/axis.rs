@@ -127,6 +127,12 @@ impl Axis {
         self.rad(self.actual)
     }
 
+    /// Measured position, drive units.
+    #[must_use]
+    pub const fn actual(&self) -> i64 {
+        self.actual
+    }
+
     /// Measured motor angle.
     #[must_use]
     pub fn actual_angle(&self) -> Angle {
@@ -360,7 +366,7 @@ fn increments(units: i64) -> f32 {
 
 /// A distance in drive units, which are up to 2³¹: what is longer counts as that.
 #[expect(clippy::cast_precision_loss, reason = "24 bits of a distance")]
-fn float(units: i64) -> f32 {
+pub(super) fn float(units: i64) -> f32 {
     let end = if units < 0 { i32::MIN } else { i32::MAX };
     i32::try_from(units).unwrap_or(end) as f32
 }
