@@ -138,15 +138,15 @@ impl Ratio {
 /// x·y/2⁶⁴, rounded down, from four products of 32 bits; y is below 2⁶³.
 #[inline]
 const fn product_high(x: i64, y: u64) -> i64 {
-    let (x1, x0) = (x >> 32, x as u64 & LOW);
+    let (x1, x0) = (x >> 32, x.cast_unsigned() & LOW);
     let (y1, y0) = (y >> 32, y & LOW);
     let low = x0.wrapping_mul(y0);
     let middle = x0.wrapping_mul(y1).wrapping_add(low >> 32);
     let cross = x1
-        .wrapping_mul(y0 as i64)
-        .wrapping_add((middle & LOW) as i64);
-    x1.wrapping_mul(y1 as i64)
-        .wrapping_add((middle >> 32) as i64)
+        .wrapping_mul(y0.cast_signed())
+        .wrapping_add((middle & LOW).cast_signed());
+    x1.wrapping_mul(y1.cast_signed())
+        .wrapping_add((middle >> 32).cast_signed())
         .wrapping_add(cross >> 32)
 }
 
@@ -155,10 +155,10 @@ const LOW: u64 = 0xFFFF_FFFF;
 
 /// x·u/2³², rounded down.
 #[inline]
-pub(crate) const fn times_fraction(x: i64, u: u32) -> i64 {
-    let (high, low) = (x >> 32, x as u64 & LOW);
-    high.wrapping_mul(u as i64)
-        .wrapping_add((low.wrapping_mul(u as u64) >> 32) as i64)
+pub(crate) fn times_fraction(x: i64, u: u32) -> i64 {
+    let (high, low) = (x >> 32, x.cast_unsigned() & LOW);
+    high.wrapping_mul(i64::from(u))
+        .wrapping_add((low.wrapping_mul(u64::from(u)) >> 32).cast_signed())
 }
 
 #[cfg(test)]
@@ -188,10 +188,11 @@ mod test {
         }
 
         #[test]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "exact below 2^53")]
         fn a_product_is_the_integer_nearest_to_it(x in any::<i64>(), value in 1e-12..0.12f64) {
             // the same by 128 bits: the float is exact as a fraction of 2^120
-            let exact = (value * 2.0_f64.powi(60)) as i128;
-            let ratio = Ratio::nearest(exact as f64 * 2.0_f64.powi(-60)).of(x);
+            let exact = libm::scalbn(value, 60) as i128;
+            let ratio = Ratio::nearest(libm::scalbn(exact as f64, -60)).of(x);
             let wanted = (i128::from(x) * exact + (1 << 59)) >> 60;
             prop_assert!((i128::from(ratio) - wanted).abs() <= 1, "{ratio} {wanted}");
             // and where nothing is rounded twice, the same

@@ -241,7 +241,7 @@ mod test {
     /// Axis "column": MRROC++ `NL_2`.
     const NL_2: OriginalGains = OriginalGains {
         epsilon: 0.010,
-        a: 0.412_429_38,
+        a: 0.412_429_4,
         b0: 1.556_959_2,
         b1: 1.502_861_4,
         u_max: 190.0,

@@ -27,6 +27,7 @@ impl RobotVisitor for Off {
                 at[k] * 1e5
             })
         });
+        #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
         let of = |k: usize, unit: &[f64; 7], limit: f64| (unit[k] * limit) as f32;
         let velocity: [f32; N] = core::array::from_fn(|k| of(k, &v, axes[k].hard_limits.velocity));
         let acceleration: [f32; N] =

@@ -79,8 +79,8 @@ fn at_a_limit_and_without_a_number_nothing_is_accepted() {
                 assert_eq!(guard.accepts(&[end; N]), endless);
             }
             let centre = Joints(core::array::from_fn(|k| axes[k].joint_position.centre()));
-            for k in 0..N {
-                for end in [axes[k].joint_position.lower, axes[k].joint_position.upper] {
+            for (k, axis) in axes.iter().enumerate() {
+                for end in [axis.joint_position.lower, axis.joint_position.upper] {
                     let mut joints = centre;
                     joints.0[k] = end;
                     if let Ok(motors) = robot.motors(&joints) {
