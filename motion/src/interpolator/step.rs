@@ -46,7 +46,8 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
                 timed(&mut self.setpoint, segment.at(path), path, &self.reach);
             } else {
                 // the last knot itself
-                let states = narrowed(self.end.axes());
+                let states = self.end.axes().map(|[p, v, a]| (p, narrow(v), narrow(a)));
+                let states = angles(states);
                 timed(&mut self.setpoint, states, path, &self.reach);
             }
         }
@@ -68,7 +69,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             return self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
         }
         self.mode = Mode::OnTail;
-        let states = narrowed(self.tail.at(&self.end, after_s));
+        let states = angles(self.tail.at(&self.end, after_s));
         timed(&mut self.setpoint, states, path, &self.reach);
         Status::Stopping { cause }
     }
@@ -107,9 +108,11 @@ fn axes_mut<const N: usize>(
     setpoint.position.iter_mut().zip(derivatives)
 }
 
-/// What was computed in f64, as a set-point has it.
-fn narrowed(states: impl Iterator<Item = [f64; 3]>) -> impl Iterator<Item = (Angle, f32, f32)> {
-    states.map(|[p, v, a]| (Angle::bound(p), narrow(v), narrow(a)))
+/// With positions as a set-point has them.
+fn angles(
+    states: impl Iterator<Item = (f64, f32, f32)>,
+) -> impl Iterator<Item = (Angle, f32, f32)> {
+    states.map(|(p, v, a)| (Angle::bound(p), v, a))
 }
 
 /// Derivatives with respect to path time become derivatives with respect to time.

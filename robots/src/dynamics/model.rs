@@ -34,7 +34,8 @@ struct Driven {
 /// The equation of motion of a robot whose gears are an axis' own, seen at its motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorModel<const N: usize> {
-    links: [Driven; N],
+    /// Each of them is there: only so a model is made.
+    links: [Option<Driven>; N],
 }
 
 /// A link in one step: its frame in that of the link before it, and the rates of its momentum, force and moment.
@@ -51,24 +52,15 @@ impl<const N: usize> MotorModel<N> {
     /// Of a robot's chain and description; `None` with legs or quadratic gears, which are not in f32.
     #[must_use]
     pub fn new(description: &RobotDescription<N>, chain: &Chain<N>) -> Option<Self> {
-        let mut links = [None; N];
-        let axes = description.axes.iter();
-        let after = description.axes.iter().skip(1).map(Some).chain([None]);
-        for (driven, ((axis, after), link)) in
-            links.iter_mut().zip(axes.zip(after).zip(&chain.links))
-        {
-            *driven = Some(Driven::new(axis, after, link)?);
-        }
-        let [first, ..] = links.as_slice() else {
-            return None;
+        let axes = &description.axes;
+        let model = Self {
+            links: core::array::from_fn(|k| {
+                let after = axes.get(k.saturating_add(1));
+                Driven::new(axes.get(k)?, after, chain.links.get(k)?)
+            }),
         };
-        let mut all = Self {
-            links: [(*first)?; N],
-        };
-        for (driven, made) in all.links.iter_mut().zip(links) {
-            *driven = made?;
-        }
-        Some(all)
+        let all = model.links.iter().all(Option::is_some);
+        all.then_some(model)
     }
 
     /// Torques of the motors, N·m, that give them `acceleration`, rad/s², while they turn at `velocity`, rad/s, at these
@@ -89,15 +81,16 @@ impl<const N: usize> MotorModel<N> {
             .zip(&self.links)
             .zip(motors.iter().zip(rates))
         {
+            let link = link.as_ref()?;
             let [q, dq, ddq] = link.joint(*motor, *dm, *ddm, &mut before)?;
             *step = link.carried(&mut motion, q, dq, ddq);
             step.reduction = before.reduction;
         }
-        Some(self.gather(&steps, acceleration))
+        self.gather(&steps, acceleration)
     }
 
     /// Inwards: forces and moments, and from the joints' torques those of the motors.
-    fn gather(&self, steps: &[Step; N], acceleration: &[f32; N]) -> [f32; N] {
+    fn gather(&self, steps: &[Step; N], acceleration: &[f32; N]) -> Option<[f32; N]> {
         let mut torques = [0.0; N];
         let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
         let (mut link_after, mut motor_after) = (0.0, 0.0);
@@ -108,6 +101,7 @@ impl<const N: usize> MotorModel<N> {
             .zip(acceleration)
             .rev()
         {
+            let link = link.as_ref()?;
             (force, moment) = (add(force, step.force), add(moment, step.moment));
             let joint = match link.kind {
                 JointKind::Revolute => moment[2],
@@ -120,7 +114,7 @@ impl<const N: usize> MotorModel<N> {
             link_after = if link.axis.in_plane { joint } else { 0.0 };
             motor_after = if link.axis.on_previous() { own } else { 0.0 };
         }
-        torques
+        Some(torques)
     }
 }
 
