@@ -23,19 +23,20 @@ pub use setup::EdpSetup;
 
 use crate::ecp::EffectorImage;
 use crate::io::Port;
-use axis::Axis;
+use axis::{Axis, Reference};
 use computed::ComputedTorque;
 use drives::{DriveLink, Drives, Task};
 use holder::Holder;
 use limits::Gate;
 use mode::{Event, Mode};
+use motion::Angle;
 use motion::interpolator::{Status, StopCause};
 use protocol::canopen::cia402::{Goal, Mode as DriveMode};
 use protocol::fault::{Cause, Fault, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::message::{HomingPhase, NodeState, ServoLaw};
 use protocol::time::Micros;
-use robots::{Motors, Robot};
+use robots::{JointGuard, Motors, Robot};
 use stuck::Stuck;
 use synchronise::HomingRun;
 
@@ -59,9 +60,12 @@ pub struct Edp<R, const N: usize> {
     /// The law of the robot as a whole, of one that has a chain.
     computed: Option<ComputedTorque<N>>,
     /// The part of the model's torque that csp has as an offset, 0 to 1.
-    offset_share: f64,
+    offset_share: f32,
     interpolator: Holder<N>,
     gate: Gate<N>,
+    /// The gate has the bounds of a homed robot.
+    gate_homed: bool,
+    guard: JointGuard<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
     last_knot_at: Micros,
@@ -97,7 +101,9 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             ),
             axes,
             interpolator: Holder::new(setup.pace),
-            gate: Gate::at_rest(&[0.0; N], setup.servo_step_s),
+            gate: Gate::at_rest(&[Angle::ZERO; N], &setup.bounds(false), setup.servo_step_s),
+            gate_homed: false,
+            guard: JointGuard::new(robot.description()),
             homing: None,
             homing_report: None,
             last_knot_at: Micros(0),
@@ -205,15 +211,15 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Current of an axis, mA.
-    fn current_ma(&self, k: usize) -> f64 {
+    fn current_ma(&self, k: usize) -> f32 {
         let (Some(link), Some(axis)) = (self.drives.links().get(k), self.axes.get(k)) else {
             return 0.0;
         };
-        current_ma(f64::from(link.actual().torque), link, axis)
+        current_ma(f32::from(link.actual().torque), link, axis)
     }
 
     /// Current that has held an axis in the last steps, mA.
-    fn holding_ma(&self, k: usize) -> f64 {
+    fn holding_ma(&self, k: usize) -> f32 {
         let (Some(link), Some(axis)) = (self.drives.links().get(k), self.axes.get(k)) else {
             return 0.0;
         };
@@ -221,7 +227,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Motor currents, mA.
-    pub fn currents_ma(&self) -> [f64; N] {
+    pub fn currents_ma(&self) -> [f32; N] {
         core::array::from_fn(|k| self.current_ma(k))
     }
 
@@ -329,20 +335,17 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         matches!(self.drives.fault(), Some((_, Cause::DriveSilent)))
     }
 
-    /// The set-points as they stand now, rad.
-    fn setpoint(&self) -> [f64; N] {
+    /// The set-points as they stand now.
+    fn setpoint(&self) -> [Angle; N] {
         match self.interpolator.get() {
             Some(interpolator) => interpolator.setpoint().position,
-            None => self.axes.each_ref().map(Axis::actual_rad),
+            None => self.axes.each_ref().map(Axis::actual_angle),
         }
     }
 
     /// Hold where the axes stand.
     fn hold_here(&mut self) {
-        let here = self
-            .axes
-            .each_ref()
-            .map(|axis| axis.rad(axis.units(axis.actual_rad())));
+        let here = self.axes.each_ref().map(Axis::actual_angle);
         self.hold_at(here);
     }
 
@@ -353,11 +356,19 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    fn hold_at(&mut self, positions: [f64; N]) {
-        let envelopes = self.setup.envelopes(self.homed());
-        self.interpolator.hold(envelopes, positions);
-        self.gate = Gate::at_rest(&positions, self.setup.servo_step_s);
-        self.queue_end = Motors(positions);
+    fn hold_at(&mut self, positions: [Angle; N]) {
+        let homed = self.homed();
+        self.interpolator
+            .hold(self.setup.envelopes(homed), positions);
+        if homed == self.gate_homed {
+            self.gate.hold(&positions);
+        } else {
+            // its limits become integers only when they change
+            let bounds = self.setup.bounds(homed);
+            self.gate = Gate::at_rest(&positions, &bounds, self.setup.servo_step_s);
+            self.gate_homed = homed;
+        }
+        self.queue_end = Motors(positions.map(Angle::to_f64));
         self.quick_stop_taken = false;
         self.coming_to_rest = false;
     }
@@ -447,7 +458,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// those of [`Self::currents_ma`] since then.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn servo(&mut self, now: Micros, currents_ma: &[f64; N], tx: &mut impl FnMut(Port, Frame)) {
+    pub fn servo(&mut self, now: Micros, currents_ma: &[f32; N], tx: &mut impl FnMut(Port, Frame)) {
         if self.mode == Mode::Boot {
             let _ = self.on(now, Event::Started);
         }
@@ -464,7 +475,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     fn next_setpoint(&mut self, now: Micros) -> motion::Setpoint<N> {
         let rest = |positions| motion::Setpoint::at_rest(positions);
         if !self.mode.torque() {
-            return rest(self.axes.each_ref().map(Axis::actual_rad));
+            // nobody follows it
+            return rest(self.gate.positions());
         }
         if self.homing.is_some() {
             return self.homing_setpoint(now);
@@ -473,8 +485,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             return rest(self.setpoint());
         };
         let mut output = interpolator.step(now.0);
-        let bounds = self.setup.bounds(self.homed());
-        let passed = self.gate.pass(&output.setpoint.position, &bounds);
+        let passed = self.gate.pass(&output.setpoint.position);
         let passed = passed.map_err(|violation| (violation.cause(), violation.axis));
         let passed = passed.and_then(|()| self.joints_inside(&output.setpoint.position));
         if let Err((cause, axis)) = passed {
@@ -525,7 +536,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         } else {
             Goal::Disabled
         };
-        let ts = self.setup.servo_step_s;
+        let ts = servo::narrow(self.setup.servo_step_s);
         let computed = self.computed_currents(setpoint);
         let offsets = self.torque_offsets(setpoint);
         for (k, axis) in (0..N).zip(&mut self.axes) {
@@ -543,7 +554,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             ) else {
                 continue;
             };
-            let demand = servo::Demand {
+            let demand = Reference {
                 position: *p,
                 velocity: *v,
                 acceleration: *a,
@@ -563,8 +574,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 }
 
 /// The current, mA, of a torque in ‰ of the drive's rated torque.
-fn current_ma(torque: f64, link: &DriveLink, axis: &Axis) -> f64 {
-    torque * 1e-3 * f64::from(link.rated_torque_mnm()) / axis.constants().torque_constant
+fn current_ma(torque: f32, link: &DriveLink, axis: &Axis) -> f32 {
+    torque * 1e-3 * axis::whole(link.rated_torque_mnm()) / axis.constants().torque_constant
 }
 
 /// The CiA 402 mode in which a law is run.

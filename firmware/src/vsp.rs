@@ -10,13 +10,14 @@ use agent::VirtualSensor;
 /// reading is neither older nor noisier than the ECP's own cadence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffortSensor<const N: usize> {
-    limit_ma: [f64; N],
-    weight: f64,
+    /// Shares of the current limits in 1 mA.
+    per_ma: [f32; N],
+    weight: f32,
 }
 
 /// What the filter remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Filtered<const N: usize>([f64; N]);
+pub struct Filtered<const N: usize>([f32; N]);
 
 impl<const N: usize> Default for Filtered<N> {
     fn default() -> Self {
@@ -27,10 +28,11 @@ impl<const N: usize> Default for Filtered<N> {
 impl<const N: usize> EffortSensor<N> {
     /// For drives with these current limits (mA); `steps` servo steps make a macrostep.
     #[must_use]
-    pub fn new(limit_ma: [f64; N], steps: u32) -> Self {
-        let steps = f64::from(if steps == 0 { 1 } else { steps });
+    #[expect(clippy::cast_precision_loss, reason = "some tens")]
+    pub fn new(limit_ma: [f32; N], steps: u32) -> Self {
+        let steps = if steps == 0 { 1 } else { steps } as f32;
         Self {
-            limit_ma,
+            per_ma: limit_ma.map(|limit| 1.0 / limit),
             weight: 1.0 / steps,
         }
     }
@@ -40,7 +42,7 @@ impl<const N: usize> VirtualSensor for EffortSensor<N> {
     type Configuration = ();
     type Effector = ();
     /// Motor currents, mA.
-    type Receptors = [f64; N];
+    type Receptors = [f32; N];
     type Own = Filtered<N>;
     type Reading = Sensors<N>;
 
@@ -49,12 +51,14 @@ impl<const N: usize> VirtualSensor for EffortSensor<N> {
         own: &mut Filtered<N>,
         (): &(),
         (): &(),
-        current_ma: &[f64; N],
+        current_ma: &[f32; N],
     ) -> Option<Sensors<N>> {
-        for ((effort, i), limit) in own.0.iter_mut().zip(current_ma).zip(&self.limit_ma) {
-            *effort += self.weight * (libm::fabs(*i) / *limit - *effort);
+        for ((effort, i), per_ma) in own.0.iter_mut().zip(current_ma).zip(&self.per_ma) {
+            *effort += self.weight * (libm::fabsf(*i) * *per_ma - *effort);
         }
-        Some(Sensors { effort: own.0 })
+        Some(Sensors {
+            effort: own.0.map(f64::from),
+        })
     }
 }
 

@@ -19,41 +19,50 @@
 //! constants, such that these stay within the hard limits wherever on the path, or tail, the rate changes.
 //! (Steps of acceleration in cubic segments come on top of the jerk.)
 //!
+//! **Numbers.** Knots come and are checked in f64; set-points are made of them in fixed point ([`Angle`](crate::Angle)) and f32, which cost a
+//! microcontroller a fiftieth. The stop tail and a quick stop, which are rare, are computed in f64 and end in the same numbers.
+//!
 //! Times are the caller's integer microseconds; at rate 1, path time is that time less a constant.
 
 mod command;
+mod fixed;
 mod query;
+mod queue;
 mod rate;
 mod report;
 mod segment;
 mod step;
 mod tail;
 
+pub use fixed::EVALUATION_QUANTA;
 pub use report::{
     Accepted, Moving, Output, PushError, QuickStop, StartError, Status, StopCause, StopTail,
 };
 
+use crate::angle::Angle;
 use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
 use crate::ramp::Ramp;
+use fixed::{FixedSegment, Unfixable};
+use queue::Queue;
 use rate::{PathClock, RateLimits};
-use segment::{End, Excess, Queue, Segment, reach_from};
+use segment::{End, Excess, Segment, reach_from};
 use tail::{Tail, TailLimits};
 
 /// Fixed-step interpolation of N axes with room for Q segments.
 ///
 /// ```
 /// use motion::profile::AxisLimits;
-/// use motion::{AxisEnvelope, Interpolator, Knot, Status};
+/// use motion::{Angle, AxisEnvelope, Interpolator, Knot, Status};
 /// let hard = AxisLimits { v: 100.0, a: 1000.0, j: 50_000.0 };
-/// let mut edp = Interpolator::<1, 8>::new([AxisEnvelope::new(-10.0, 10.0, hard)], [0.0])?;
+/// let mut edp = Interpolator::<1, 8>::new([AxisEnvelope::new(-10.0, 10.0, hard)], [Angle::ZERO])?;
 /// edp.start(0)?;
 /// edp.push(
 ///     Knot { at_us: 100_000, position: [0.2], velocity: [0.0], acceleration: Some([0.0]) },
 ///     0,
 /// )?;
 /// let half_way = edp.step(50_000);
-/// assert!((half_way.setpoint.position[0] - 0.1).abs() < 1e-15);
-/// assert_eq!(edp.step(100_000).setpoint.position[0], 0.2);
+/// assert!((half_way.setpoint.position[0].to_f64() - 0.1).abs() < 1e-11);
+/// assert_eq!(Some(edp.step(100_000).setpoint.position[0]), Angle::nearest(0.2));
 /// assert_eq!(edp.step(102_000).status, Status::Idle);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -70,7 +79,7 @@ pub struct Interpolator<const N: usize, const Q: usize> {
     end: End<N>,
     tail: Tail<N>,
     /// Position limits of the present path, which may have begun outside.
-    reach: [(f64, f64); N],
+    reach: [(Angle, Angle); N],
     mode: Mode<N>,
     now_us: u64,
     setpoint: Setpoint<N>,
@@ -110,7 +119,9 @@ enum Mode<const N: usize> {
 #[derive(Clone, Copy, Debug)]
 struct OffPath<const N: usize> {
     since_us: u64,
-    from: [f64; N],
+    /// How long the last axis takes, s.
+    duration: f64,
+    from: [Angle; N],
     velocity: [Ramp; N],
 }
 
@@ -119,7 +130,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     ///
     /// # Errors
     /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
-    pub fn new(axes: [AxisEnvelope; N], hold: [f64; N]) -> Result<Self, EnvelopeError> {
+    pub fn new(axes: [AxisEnvelope; N], hold: [Angle; N]) -> Result<Self, EnvelopeError> {
         Self::with_pace(axes, hold, FeedPace::new(&axes))
     }
 
@@ -130,7 +141,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// As [`new`](Self::new).
     pub fn with_pace(
         axes: [AxisEnvelope; N],
-        hold: [f64; N],
+        hold: [Angle; N],
         pace: FeedPace,
     ) -> Result<Self, EnvelopeError> {
         let mut interpolator = Self::nothing(pace);
@@ -151,10 +162,10 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             queue: Queue::new(),
             end: End::at_rest(0, [0.0; N]),
             tail: Tail::NONE,
-            reach: [(0.0, 0.0); N],
+            reach: [(Angle::ZERO, Angle::ZERO); N],
             mode: Mode::Idle,
             now_us: 0,
-            setpoint: Setpoint::at_rest([0.0; N]),
+            setpoint: Setpoint::at_rest([Angle::ZERO; N]),
         }
     }
 
@@ -165,13 +176,10 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn hold_anew(
         &mut self,
         axes: [AxisEnvelope; N],
-        hold: [f64; N],
+        hold: [Angle; N],
     ) -> Result<(), EnvelopeError> {
-        for (axis, (envelope, p)) in (0..N).zip(axes.iter().zip(&hold)) {
+        for (axis, envelope) in (0..N).zip(&axes) {
             envelope.validate(axis)?;
-            if !p.is_finite() {
-                return Err(EnvelopeError::Hold { axis });
-            }
         }
         self.axes = axes;
         self.tails = axes.each_ref().map(TailLimits::new);
@@ -207,9 +215,10 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// An empty path at rest at the present position.
     fn begin(&mut self, at_us: u64) {
         self.queue.clear();
-        self.end = End::at_rest(at_us, self.setpoint.position);
+        self.end = End::at_rest(at_us, self.setpoint.position.map(Angle::to_f64));
         self.tail = Tail::new(&self.end, &self.tails);
-        self.reach = reach_from(&self.axes, &self.setpoint.position);
+        let reach = reach_from(&self.axes, &self.end.position);
+        self.reach = reach.map(|(lower, upper)| (Angle::bound(lower), Angle::bound(upper)));
     }
 
     /// Appends a knot, if the segment to it and the stop behind it keep all limits.
@@ -273,9 +282,13 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
                 return Err(PushError::NoRoomToStop { axis, value, limit });
             }
         }
+        let fixed = FixedSegment::new(&segment).map_err(|unfixable| match unfixable {
+            Unfixable::Long => PushError::Long,
+            Unfixable::Far { axis, value, limit } => PushError::Far { axis, value, limit },
+        })?;
         self.end = segment.end;
         self.tail = tail;
-        self.queue.push(segment);
+        self.queue.push(fixed);
         Ok(Accepted { acceleration_step })
     }
 

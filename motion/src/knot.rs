@@ -1,5 +1,6 @@
 //! Knots: what the interpolator is asked to pass through; and what it may be asked.
 
+use crate::angle::Angle;
 use crate::profile::AxisLimits;
 use crate::scalar::{US_PER_S, float_us, smaller};
 use core::fmt;
@@ -20,21 +21,23 @@ pub struct Knot<const N: usize> {
     pub acceleration: Option<[f64; N]>,
 }
 
-/// One set-point of N axes, in the axis' unit, per s, per s².
+/// One set-point of N axes: positions in fixed point, derivatives per s and per s² with the 24 bits of f32.
+///
+/// What is sent is the position; velocity and acceleration are what a servo law feeds forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint<const N: usize> {
     /// Positions.
-    pub position: [f64; N],
+    pub position: [Angle; N],
     /// Velocities.
-    pub velocity: [f64; N],
+    pub velocity: [f32; N],
     /// Accelerations.
-    pub acceleration: [f64; N],
+    pub acceleration: [f32; N],
 }
 
 impl<const N: usize> Setpoint<N> {
     /// Standing at a position.
     #[must_use]
-    pub fn at_rest(position: [f64; N]) -> Self {
+    pub const fn at_rest(position: [Angle; N]) -> Self {
         Self {
             position,
             velocity: [0.0; N],
@@ -228,11 +231,6 @@ pub enum EnvelopeError {
         /// What there is.
         available: f64,
     },
-    /// The position to hold is infinite or not a number.
-    Hold {
-        /// Which axis.
-        axis: usize,
-    },
 }
 
 impl fmt::Display for EnvelopeError {
@@ -248,7 +246,6 @@ impl fmt::Display for EnvelopeError {
                 f,
                 "axis {axis}: a stop needs {quantity} {needed}, there is {available}"
             ),
-            Self::Hold { axis } => write!(f, "axis {axis}: position to hold is not finite"),
         }
     }
 }

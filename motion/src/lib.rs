@@ -4,6 +4,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`angle`] | a position in fixed point: what a servo step computes with |
 //! | [`pose`] | the pose of one frame in another, rotation vectors |
 //! | [`mod@line`] | the straight line between two poses, turning about one axis |
 //! | [`twist`] | the derivative of a pose |
@@ -17,13 +18,13 @@
 //!
 //! ```
 //! use motion::profile::PhaseSynchronised;
-//! use motion::{AxisEnvelope, AxisLimits, Interpolator, Knot, Status};
+//! use motion::{Angle, AxisEnvelope, AxisLimits, Interpolator, Knot, Status};
 //! let hard = AxisLimits { v: 2.0, a: 20.0, j: 1000.0 };
 //! let axes = [AxisEnvelope::new(-3.0, 3.0, hard); 2];
 //! let limits = axes.map(|axis| axis.for_planning(20_000));
 //! let plan = PhaseSynchronised::new([0.0, 0.0], [1.0, -0.5], &limits)?;
 //!
-//! let mut edp = Interpolator::<2, 4>::new(axes, [0.0, 0.0])?;
+//! let mut edp = Interpolator::<2, 4>::new(axes, [Angle::ZERO; 2])?;
 //! edp.start(0)?;
 //! let mut next_us = 0;
 //! for now_us in (0..).step_by(2_000) {
@@ -40,7 +41,7 @@
 //!     }
 //!     let output = edp.step(now_us);
 //!     if output.status == Status::Idle {
-//!         assert_eq!(output.setpoint.position, [1.0, -0.5]);
+//!         assert_eq!(output.setpoint.position.map(Angle::to_f64), [1.0, -0.5]);
 //!         break;
 //!     }
 //! }
@@ -58,6 +59,7 @@
     )
 )]
 
+pub mod angle;
 pub mod feed;
 pub mod interpolator;
 pub mod knot;
@@ -70,6 +72,7 @@ pub mod ramp;
 mod scalar;
 pub mod twist;
 
+pub use angle::Angle;
 pub use interpolator::{Interpolator, Output, Status};
 pub use knot::{AxisEnvelope, Knot, Setpoint};
 pub use line::Line;

@@ -2,7 +2,7 @@
 //!
 //! The feed rate changes so along a path, and the velocity of an axis in a quick stop.
 
-use crate::scalar::{larger, sign, smaller};
+use crate::scalar::{SIXTH, larger, sign, smaller};
 
 /// The quantity x, its derivative, and its integral since the ramp began.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +88,8 @@ impl Ramp {
 
     /// The state t seconds after the beginning; constant from the end on.
     #[must_use]
+    // one function: clock and quick stop call it
+    #[inline(never)]
     pub fn at(&self, t: f64) -> RampState {
         if t < self.t1 {
             return self.first(larger(t, 0.0));
@@ -99,7 +101,7 @@ impl Ramp {
         let left = self.duration() - t;
         if left > 0.0 {
             return RampState {
-                integral: self.total - left * (self.target - self.s * left * left / 6.0),
+                integral: self.total - left * (self.target - self.s * left * left * SIXTH),
                 x: self.target - 0.5 * self.s * left * left,
                 dx: self.s * left,
             };
@@ -113,7 +115,7 @@ impl Ramp {
 
     fn first(&self, t: f64) -> RampState {
         RampState {
-            integral: t * (self.x0 + t * (0.5 * self.dx0 + t * self.s / 6.0)),
+            integral: t * (self.x0 + t * (0.5 * self.dx0 + t * self.s * SIXTH)),
             x: self.x0 + t * (self.dx0 + t * 0.5 * self.s),
             dx: self.dx0 + t * self.s,
         }

@@ -51,3 +51,9 @@ pub(crate) fn split_us(us: f64) -> (u64, f64) {
 
 /// 1/6: multiplied, where a division would cost ten times as much.
 pub(crate) const SIXTH: f64 = 1.0 / 6.0;
+
+/// The nearest float of 32 bits.
+#[expect(clippy::cast_possible_truncation, reason = "24 bits are enough")]
+pub(crate) const fn narrow(x: f64) -> f32 {
+    x as f32
+}

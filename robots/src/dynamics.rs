@@ -13,6 +13,8 @@
 //! | [`Posture::link_poses`], [`Posture::flange`], [`Posture::jacobian`] | products of frames |
 //! | [`Posture::kinetic_energy`], [`Posture::potential_energy`] | sums over the links |
 //!
+//! [`MotorModel`] answers the first as seen at the motors, in f32, for a microcontroller.
+//!
 //! Forces between joints and motors are in [`Transmission`], which [`Robot::transmission`](crate::Robot::transmission) gives. The chains of the robots: [`IRP6_TRACK`],
 //! [`IRP6_POSTUMENT`], [`IRP6_ARM`], [`POLYCRANK`], [`rnt_chain`]. Their masses are [`ASSUMED`].
 //!
@@ -34,6 +36,7 @@ mod forward;
 mod inverse;
 mod irp6;
 mod legs;
+mod model;
 mod polycrank;
 mod rnt;
 mod transmission;
@@ -46,6 +49,7 @@ pub use chain::{Chain, Link, Placement, Posture};
 pub use inverse::Wrench;
 pub use irp6::{IRP6_ARM, IRP6_POSTUMENT, IRP6_TRACK};
 pub(crate) use legs::Legs;
+pub use model::MotorModel;
 pub use polycrank::POLYCRANK;
 pub use rnt::rnt_chain;
 pub use transmission::{Transmission, joints_by_motors};

@@ -48,7 +48,9 @@ pub mod description;
 pub mod dynamics;
 pub mod error;
 mod gearing;
+pub mod guard;
 pub mod irp6;
+mod narrow;
 mod orientation;
 mod planning;
 pub mod polycrank;
@@ -69,6 +71,7 @@ pub use description::{
     AxisDescription, AxisHoming, Gearing, JointKind, Range, Reference, RobotDescription,
 };
 pub use error::{KinematicError, Quantity};
+pub use guard::JointGuard;
 pub use irp6::{Irp6Arm, Irp6Gripper, Irp6Postument, Irp6Track, TrackRule};
 pub use planning::{CURVATURE_SHARE, VELOCITY_SHARE, VelocityFactor};
 pub use polycrank::Polycrank;

@@ -74,12 +74,12 @@ pub(crate) struct OutOfRange {
 
 impl ScrewTriangle {
     /// D = 2pr, mm².
-    fn amplitude(&self) -> f64 {
+    pub(crate) fn amplitude(&self) -> f64 {
         libm::sqrt(self.cosine_mm2 * self.cosine_mm2 + self.sine_mm2 * self.sine_mm2)
     }
 
     /// ψ, rad.
-    fn phase(&self) -> f64 {
+    pub(crate) fn phase(&self) -> f64 {
         libm::atan2(self.sine_mm2, self.cosine_mm2)
     }
 

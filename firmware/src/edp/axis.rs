@@ -1,6 +1,8 @@
 //! One axis in the servo loop: positions, regulators, monitors.
 
 use crate::edp::servo::{Demand, FeedForwardGains, FeedForwardState, OriginalGains, OriginalState};
+use motion::Angle;
+use motion::angle::Ratio;
 use protocol::canopen::axis::Target;
 use protocol::canopen::cia402::{Goal, Master, PowerState, Statusword};
 use protocol::message::ServoLaw;
@@ -11,24 +13,39 @@ use protocol::units::{UNITS_PER_INCREMENT, modulo, nearest};
 pub struct AxisConstants {
     /// Drive units per rad of the motor shaft.
     pub units_per_rad: f64,
+    /// Drive units per quantum of a motor angle.
+    pub units_per_quantum: Ratio,
+    /// Rad of the motor shaft per drive unit.
+    pub rad_per_unit: f32,
     /// Torque constant, N·m/A = mN·m/mA.
-    pub torque_constant: f64,
+    pub torque_constant: f32,
     /// The original's regulator.
     pub original: OriginalGains,
     /// The modern regulator.
     pub feed_forward: FeedForwardGains,
-    /// Following error at which the axis trips at full speed, rad of the motor shaft.
-    pub following_window_rad: f64,
+    /// Following error at which the axis trips at full speed, drive units.
+    pub following_window: f32,
     /// Velocity at which the whole window is open, rad/s.
-    pub full_speed: f64,
+    pub full_speed: f32,
     /// The encoder cannot move farther in one step, drive units.
     pub jump_units: i64,
 }
 
+/// The set-point of one axis: position, and what is fed forward, rad of the motor shaft per s and per s².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Motor angle.
+    pub position: Angle,
+    /// rad/s
+    pub velocity: f32,
+    /// rad/s²
+    pub acceleration: f32,
+}
+
 /// The share of a step in the mean of the torque that holds an axis: of the last 16 steps, about.
-const MEAN_SHARE: f64 = 1.0 / 16.0;
+const MEAN_SHARE: f32 = 1.0 / 16.0;
 /// The part of the following-error window that is open at standstill.
-const WINDOW_AT_REST: f64 = 0.4;
+const WINDOW_AT_REST: f32 = 0.4;
 
 /// The variable state of one axis.
 #[derive(Clone, Debug)]
@@ -46,7 +63,7 @@ pub struct Axis {
     actual: i64,
     known: bool,
     /// What has held it in the last steps, ‰: at rest the torque itself shows the encoder's increments.
-    mean_torque: f64,
+    mean_torque: f32,
     /// Demands of the last steps, drive units, newest first.
     demands: [i64; 3],
     following_error_max: u32,
@@ -81,7 +98,13 @@ impl Axis {
         &self.constants
     }
 
-    /// Motor angle of a position in drive units, rad.
+    /// Motor angle of a position in drive units.
+    #[must_use]
+    pub fn angle(&self, units: i64) -> Angle {
+        Angle::bound(self.rad(units))
+    }
+
+    /// The same, rad.
     #[must_use]
     #[expect(
         clippy::cast_precision_loss,
@@ -93,12 +116,8 @@ impl Axis {
 
     /// Drive units of a motor angle, rounded to the nearest.
     #[must_use]
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "saturates beyond years of turning"
-    )]
-    pub fn units(&self, rad: f64) -> i64 {
-        let units = libm::round(rad * self.constants.units_per_rad) as i64;
+    pub const fn units(&self, angle: Angle) -> i64 {
+        let units = self.constants.units_per_quantum.of(angle.quanta());
         units.saturating_add(self.zero)
     }
 
@@ -106,6 +125,18 @@ impl Axis {
     #[must_use]
     pub fn actual_rad(&self) -> f64 {
         self.rad(self.actual)
+    }
+
+    /// Measured position, drive units.
+    #[must_use]
+    pub const fn actual(&self) -> i64 {
+        self.actual
+    }
+
+    /// Measured motor angle.
+    #[must_use]
+    pub fn actual_angle(&self) -> Angle {
+        self.angle(self.actual)
     }
 
     /// Measured position relative to zero, drive units.
@@ -144,16 +175,7 @@ impl Axis {
     /// Demand minus actual of the same instant, rad.
     #[must_use]
     pub fn following_error_rad(&self) -> f64 {
-        self.following_error_units() / self.constants.units_per_rad
-    }
-
-    /// The same in drive units.
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "2^53 units are years of turning"
-    )]
-    fn following_error_units(&self) -> f64 {
-        self.following_error() as f64
+        f64::from(float(self.following_error()) * self.constants.rad_per_unit)
     }
 
     /// Greatest following error since it was last asked for, drive units.
@@ -177,7 +199,7 @@ impl Axis {
     /// A new measurement, drive units and ‰ of the rated torque; `false` if the encoder cannot have moved that
     /// far.
     pub fn measure(&mut self, units: i32, torque: i16) -> bool {
-        self.mean_torque += (f64::from(torque) - self.mean_torque) * MEAN_SHARE;
+        self.mean_torque += (f32::from(torque) - self.mean_torque) * MEAN_SHARE;
         let units = self.unwrapped(units);
         let plausible = !self.known
             || units.saturating_sub(self.actual).saturating_abs() <= self.constants.jump_units;
@@ -187,7 +209,7 @@ impl Axis {
     }
 
     /// Hold where the axis stands; regulators start from the torque that holds it now.
-    pub fn settle(&mut self, current_ma: f64) {
+    pub fn settle(&mut self, current_ma: f32) {
         self.demands = [self.actual; 3];
         self.original = OriginalState::holding(&self.constants.original, current_ma);
         self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
@@ -212,7 +234,7 @@ impl Axis {
     }
 
     /// Change the law; the regulators start from the torque that holds the axis now.
-    pub fn select(&mut self, law: ServoLaw, current_ma: f64) {
+    pub fn select(&mut self, law: ServoLaw, current_ma: f32) {
         self.law = law;
         self.original = OriginalState::holding(&self.constants.original, current_ma);
         self.modern = FeedForwardState::holding(&self.constants.feed_forward, current_ma);
@@ -226,7 +248,7 @@ impl Axis {
 
     /// Mean of the torque in the last steps, ‰ of rated.
     #[must_use]
-    pub const fn mean_torque(&self) -> f64 {
+    pub const fn mean_torque(&self) -> f32 {
         self.mean_torque
     }
 
@@ -243,12 +265,12 @@ impl Axis {
     /// torque in mN·m, `ts` the servo step in s.
     pub fn servo(
         &mut self,
-        demand: Demand,
-        computed_ma: Option<f64>,
+        demand: Reference,
+        computed_ma: Option<f32>,
         offset: Option<i16>,
         state: Option<PowerState>,
         rated_mnm: u32,
-        ts: f64,
+        ts: f32,
     ) -> Target {
         let last = self.demands;
         let [previous, before, _] = last;
@@ -289,14 +311,21 @@ impl Axis {
                     ma
                 }
                 _ => {
-                    let actual = self.actual_rad();
+                    let rad = self.constants.rad_per_unit;
+                    let moved = self.modern.moved(self.actual);
+                    let demand = Demand {
+                        error: float(units.saturating_sub(self.actual)) * rad,
+                        measured_velocity: float(moved) * rad / ts,
+                        velocity: demand.velocity,
+                        acceleration: demand.acceleration,
+                    };
                     self.constants
                         .feed_forward
-                        .step(&mut self.modern, demand, actual, ts)
+                        .step(&mut self.modern, &demand, ts)
                 }
             },
         };
-        let torque = 1000.0 * ma * self.constants.torque_constant / f64::from(rated_mnm);
+        let torque = 1000.0 * ma * self.constants.torque_constant / whole(rated_mnm);
         Target::Torque(per_mille(torque))
     }
 
@@ -314,14 +343,10 @@ impl Axis {
 
     /// Has the following error left its window? The window opens with speed (rad/s).
     #[must_use]
-    pub fn beyond_window(&self, velocity: f64) -> bool {
-        let error = libm::fabs(self.following_error_units());
-        let window = self.constants.following_window_rad * self.constants.units_per_rad;
-        // what most steps need to know, without a division
-        if error <= window * WINDOW_AT_REST {
-            return false;
-        }
-        let share = libm::fabs(velocity) / self.constants.full_speed;
+    pub fn beyond_window(&self, velocity: f32) -> bool {
+        let error = libm::fabsf(float(self.following_error()));
+        let window = self.constants.following_window;
+        let share = libm::fabsf(velocity) / self.constants.full_speed;
         let share = if share > 1.0 { 1.0 } else { share };
         error > window * (WINDOW_AT_REST + (1.0 - WINDOW_AT_REST) * share)
     }
@@ -334,22 +359,32 @@ impl Axis {
 }
 
 /// Encoder increments of a distance in drive units.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "the distance of one step is small"
-)]
-fn increments(units: i64) -> f64 {
-    units as f64 / UNITS_PER_INCREMENT as f64
+#[expect(clippy::cast_precision_loss, reason = "1000")]
+fn increments(units: i64) -> f32 {
+    float(units) / UNITS_PER_INCREMENT as f32
+}
+
+/// A distance in drive units, which are up to 2³¹: what is longer counts as that.
+#[expect(clippy::cast_precision_loss, reason = "24 bits of a distance")]
+pub(super) fn float(units: i64) -> f32 {
+    let end = if units < 0 { i32::MIN } else { i32::MAX };
+    i32::try_from(units).unwrap_or(end) as f32
+}
+
+/// A drive's rated torque as a float.
+#[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
+pub(super) const fn whole(mnm: u32) -> f32 {
+    mnm as f32
 }
 
 /// The nearest whole ‰ that fits.
-pub(super) fn per_mille(x: f64) -> i16 {
+pub(super) fn per_mille(x: f32) -> i16 {
     let bounded = if x > 32_767.0 {
         32_767.0
     } else if x < -32_767.0 {
         -32_767.0
     } else {
-        libm::round(x)
+        libm::roundf(x)
     };
     #[expect(clippy::cast_possible_truncation, reason = "bounded above")]
     let per_mille = bounded as i16;

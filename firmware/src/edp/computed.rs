@@ -25,12 +25,13 @@
 //! within half a second where something else held the arm before.
 
 use super::Edp;
-use crate::edp::axis::{Axis, per_mille};
-use motion::Setpoint;
+use crate::edp::axis::{Axis, float, per_mille, whole};
+use crate::edp::servo::narrow;
+use motion::{Angle, Setpoint};
 use protocol::canopen::cia402::PowerState;
 use protocol::message::ServoLaw;
-use robots::dynamics::{Chain, STANDARD_GRAVITY, Transmission, Wrench};
-use robots::{AxisDescription, Joints, KinematicError, Motors, Robot};
+use robots::dynamics::{MotorModel, STANDARD_GRAVITY, Wrench};
+use robots::{AxisDescription, KinematicError, MotorMotion, Motors, Robot};
 
 /// ω·Ts.
 const BANDWIDTH_STEPS: f64 = 0.18;
@@ -49,22 +50,22 @@ const OFFSET_RAMP_S: f64 = 0.5;
 /// What the law needs of one motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MotorData {
-    /// N·m/A = mN·m/mA.
-    torque_constant: f64,
+    /// N·m/mA.
+    torque_per_ma: f32,
     /// N·m·s/rad.
-    viscous: f64,
+    viscous: f32,
     /// N·m.
-    coulomb: f64,
+    coulomb: f32,
     /// rad/s.
-    blend: f64,
+    blend: f32,
     /// N·m.
-    limit: f64,
+    limit: f32,
 }
 
 impl MotorData {
     /// Torque against friction at a velocity, N·m.
-    fn friction(&self, velocity: f64) -> f64 {
-        let direction = velocity / (libm::fabs(velocity) + self.blend);
+    fn friction(&self, velocity: f32) -> f32 {
+        let direction = velocity / (libm::fabsf(velocity) + self.blend);
         self.viscous * velocity + self.coulomb * direction
     }
 }
@@ -72,14 +73,15 @@ impl MotorData {
 /// The law of a whole robot, and its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputedTorque<const N: usize> {
-    chain: Chain<N>,
+    /// In f32, of a robot that can have it so; else the model is computed in f64.
+    model: Option<MotorModel<N>>,
     motors: [MotorData; N],
     /// Kp, Kv, Ki: 1/s², 1/s, 1/s³.
-    gains: [f64; 3],
-    ts: f64,
+    gains: [f32; 3],
+    ts: f32,
     /// ∫e dt, rad·s.
-    integral: [f64; N],
-    last_actual: Option<[f64; N]>,
+    integral: [f32; N],
+    last_actual: Option<[i64; N]>,
     /// It gave the torque of the last step.
     running: bool,
 }
@@ -87,22 +89,34 @@ pub struct ComputedTorque<const N: usize> {
 /// One axis in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Motor angle, rad.
-    pub angle: f64,
+    /// Demand less actual motor angle, rad.
+    pub error: f32,
+    /// Actual position, drive units.
+    pub units: i64,
+    /// Rad of the motor in a drive unit.
+    pub rad_per_unit: f32,
     /// Motor current that has held the axis, mA.
-    pub current_ma: f64,
+    pub current_ma: f32,
     /// The drive follows: without that nothing is integrated.
     pub follows: bool,
+}
+
+impl Measured {
+    /// Of an axis that does not exist.
+    const NOTHING: Self = Self {
+        error: 0.0,
+        units: 0,
+        rad_per_unit: 0.0,
+        current_ma: 0.0,
+        follows: false,
+    };
 }
 
 impl<const N: usize> ComputedTorque<N> {
     /// For a robot whose servo step is `ts` seconds; `None` if it has no chain.
     pub fn new<R: Robot<N>>(robot: &R, ts: f64) -> Option<Self> {
-        let direct = robot
-            .description()
-            .axes
-            .iter()
-            .any(AxisDescription::is_direct);
+        let description = robot.description();
+        let direct = description.axes.iter().any(AxisDescription::is_direct);
         let steps = if direct {
             DIRECT_BANDWIDTH_STEPS
         } else {
@@ -110,16 +124,18 @@ impl<const N: usize> ComputedTorque<N> {
         };
         let w = steps / ts;
         Some(Self {
-            chain: robot.chain()?,
-            motors: robot.description().axes.each_ref().map(|axis| MotorData {
-                torque_constant: axis.motor.torque_constant_nm_a,
-                viscous: axis.motor.viscous_nms_rad,
-                coulomb: axis.motor.coulomb_nm,
-                blend: COULOMB_BLEND * axis.hard_limits.velocity,
-                limit: axis.current_regulator.limit_ma * 1e-3 * axis.motor.torque_constant_nm_a,
+            model: MotorModel::new(description, &robot.chain()?),
+            motors: description.axes.each_ref().map(|axis| MotorData {
+                torque_per_ma: narrow(1e-3 * axis.motor.torque_constant_nm_a),
+                viscous: narrow(axis.motor.viscous_nms_rad),
+                coulomb: narrow(axis.motor.coulomb_nm),
+                blend: narrow(COULOMB_BLEND * axis.hard_limits.velocity),
+                limit: narrow(
+                    axis.current_regulator.limit_ma * 1e-3 * axis.motor.torque_constant_nm_a,
+                ),
             }),
-            gains: [w * w, 2.0 * w, w * w * w / INTEGRAL_RATIO],
-            ts,
+            gains: [w * w, 2.0 * w, w * w * w / INTEGRAL_RATIO].map(narrow),
+            ts: narrow(ts),
             integral: [0.0; N],
             last_actual: None,
             running: false,
@@ -138,14 +154,6 @@ impl<const N: usize> ComputedTorque<N> {
         self.running = false;
     }
 
-    fn transmission<R: Robot<N>>(
-        robot: &R,
-        motors: &[f64; N],
-    ) -> Result<(Joints<N>, Transmission<N>), KinematicError> {
-        let joints = robot.joints(&Motors(*motors))?;
-        Ok((joints, robot.transmission(&joints)?))
-    }
-
     /// One servo step: the motors' currents, mA. The integral of an axis stops while its current is
     /// saturated. The first step after another law, which is to be at rest, gives the currents measured.
     ///
@@ -156,68 +164,47 @@ impl<const N: usize> ComputedTorque<N> {
         robot: &R,
         demand: &Setpoint<N>,
         measured: &[Measured; N],
-    ) -> Result<[f64; N], KinematicError> {
-        let (joints, transmission) = Self::transmission(robot, &demand.position)?;
-        let posture = self.chain.at(&joints);
+    ) -> Result<[f32; N], KinematicError> {
         let [kp, kv, ki] = self.gains;
-        let actual = measured.each_ref().map(|axis| axis.angle);
-        let mut errors = demand.position;
-        for (error, actual) in errors.iter_mut().zip(actual) {
-            *error -= actual;
-        }
+        let actual = measured.each_ref().map(|axis| axis.units);
         if !self.running {
-            let mut torques = measured.each_ref().map(|axis| axis.current_ma * 1e-3);
-            for (torque, motor) in torques.iter_mut().zip(&self.motors) {
-                *torque *= motor.torque_constant;
-            }
-            let held = posture.motor_forward_dynamics(
-                &transmission,
-                &demand.velocity,
-                &torques,
-                &STANDARD_GRAVITY,
-                &Wrench::NONE,
-            );
-            for ((integral, held), error) in self.integral.iter_mut().zip(held).zip(errors) {
-                *integral = (held - kp * error) / ki;
+            let held = self.held(robot, demand, measured)?;
+            for ((integral, held), axis) in self.integral.iter_mut().zip(held).zip(measured) {
+                *integral = (held - kp * axis.error) / ki;
             }
             self.last_actual = None;
             self.running = true;
         }
         let last = self.last_actual.replace(actual).unwrap_or(actual);
         let mut wanted = demand.acceleration;
-        let rates = demand.velocity.iter().zip(actual).zip(last);
-        for (((wanted, ((demanded, now), last)), error), integral) in
-            wanted.iter_mut().zip(rates).zip(errors).zip(self.integral)
-        {
-            let rate = demanded - (now - last) / self.ts;
-            *wanted += kv * rate + kp * error + ki * integral;
-        }
-        let mut currents = posture.motor_inverse_dynamics(
-            &transmission,
-            &demand.velocity,
-            &wanted,
-            &STANDARD_GRAVITY,
-            &Wrench::NONE,
-        );
-        let states = self.integral.iter_mut().zip(errors).zip(measured);
-        for (((current, motor), velocity), ((integral, error), measured)) in currents
+        let rates = demand.velocity.iter().zip(last);
+        for (((wanted, (demanded, last)), axis), integral) in wanted
             .iter_mut()
-            .zip(&self.motors)
-            .zip(demand.velocity)
-            .zip(states)
+            .zip(rates)
+            .zip(measured)
+            .zip(self.integral)
         {
-            let torque = *current + motor.friction(velocity);
+            let moved = float(axis.units.saturating_sub(last)) * axis.rad_per_unit;
+            let rate = demanded - moved / self.ts;
+            *wanted += kv * rate + kp * axis.error + ki * integral;
+        }
+        let mut currents = self.torques(robot, demand, &wanted)?;
+        let states = self.integral.iter_mut().zip(measured);
+        for ((current, motor), (integral, measured)) in
+            currents.iter_mut().zip(&self.motors).zip(states)
+        {
+            let torque = *current;
             let bounded = if torque > motor.limit {
                 motor.limit
             } else if torque < -motor.limit {
                 -motor.limit
             } else {
                 if measured.follows {
-                    *integral += error * self.ts;
+                    *integral += measured.error * self.ts;
                 }
                 torque
             };
-            *current = 1000.0 * bounded / motor.torque_constant;
+            *current = bounded / motor.torque_per_ma;
         }
         Ok(currents)
     }
@@ -230,20 +217,87 @@ impl<const N: usize> ComputedTorque<N> {
         &self,
         robot: &R,
         demand: &Setpoint<N>,
-    ) -> Result<[f64; N], KinematicError> {
-        let (joints, transmission) = Self::transmission(robot, &demand.position)?;
-        let mut torques = self.chain.at(&joints).motor_inverse_dynamics(
-            &transmission,
-            &demand.velocity,
-            &demand.acceleration,
-            &STANDARD_GRAVITY,
-            &Wrench::NONE,
-        );
+    ) -> Result<[f32; N], KinematicError> {
+        self.torques(robot, demand, &demand.acceleration)
+    }
+
+    /// Torques of the motors, N·m, friction included, at the demand but with this acceleration, rad/s².
+    fn torques<R: Robot<N>>(
+        &self,
+        robot: &R,
+        demand: &Setpoint<N>,
+        acceleration: &[f32; N],
+    ) -> Result<[f32; N], KinematicError> {
+        let quick = self
+            .model
+            .as_ref()
+            .and_then(|model| model.torques(&demand.position, &demand.velocity, acceleration));
+        let mut torques = match quick {
+            Some(torques) => torques,
+            None => exact_torques(robot, demand, acceleration)?,
+        };
         for ((torque, motor), velocity) in torques.iter_mut().zip(&self.motors).zip(demand.velocity)
         {
             *torque += motor.friction(velocity);
         }
         Ok(torques)
+    }
+
+    /// The accelerations that the currents measured would give the motors: what holds the arm now, in f64.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
+    fn held<R: Robot<N>>(
+        &self,
+        robot: &R,
+        demand: &Setpoint<N>,
+        measured: &[Measured; N],
+    ) -> Result<[f32; N], KinematicError> {
+        let demand = exact(demand);
+        let joints = robot.joints(&demand.position)?;
+        let transmission = robot.transmission(&joints)?;
+        let chain = robot.chain().ok_or(KinematicError::Unreachable)?;
+        let mut torques = [0.0; N];
+        for ((torque, motor), axis) in torques.iter_mut().zip(&self.motors).zip(measured) {
+            *torque = f64::from(motor.torque_per_ma * axis.current_ma);
+        }
+        let held = chain.at(&joints).motor_forward_dynamics(
+            &transmission,
+            &demand.velocity,
+            &torques,
+            &STANDARD_GRAVITY,
+            &Wrench::NONE,
+        );
+        Ok(held.map(narrow))
+    }
+}
+
+/// The same torques without friction in f64, of a robot that has legs, or near a dead centre.
+#[inline(never)]
+fn exact_torques<R: Robot<N>, const N: usize>(
+    robot: &R,
+    demand: &Setpoint<N>,
+    acceleration: &[f32; N],
+) -> Result<[f32; N], KinematicError> {
+    let demand = exact(demand);
+    let joints = robot.joints(&demand.position)?;
+    let transmission = robot.transmission(&joints)?;
+    let chain = robot.chain().ok_or(KinematicError::Unreachable)?;
+    let torques = chain.at(&joints).motor_inverse_dynamics(
+        &transmission,
+        &demand.velocity,
+        &acceleration.map(f64::from),
+        &STANDARD_GRAVITY,
+        &Wrench::NONE,
+    );
+    Ok(torques.map(narrow))
+}
+
+/// A set-point as the model in f64 takes it.
+fn exact<const N: usize>(setpoint: &Setpoint<N>) -> MotorMotion<N> {
+    MotorMotion {
+        position: Motors(setpoint.position.map(Angle::to_f64)),
+        velocity: setpoint.velocity.map(f64::from),
+        acceleration: setpoint.acceleration.map(f64::from),
     }
 }
 
@@ -257,23 +311,33 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Currents, mA, of the robot's computed torques, where that law is in force and can be.
-    pub(super) fn computed_currents(&mut self, demand: &Setpoint<N>) -> Option<[f64; N]> {
+    pub(super) fn computed_currents(&mut self, demand: &Setpoint<N>) -> Option<[f32; N]> {
         let in_force = |axis: &Axis| axis.law() == ServoLaw::ComputedTorque;
-        let chosen = self.mode.torque() && self.homed() && self.axes.iter().any(in_force);
-        let measured = core::array::from_fn(|k| Measured {
-            angle: self.axes.get(k).map_or(0.0, Axis::actual_rad),
-            current_ma: self.holding_ma(k),
-            follows: self
-                .drives
-                .links()
-                .get(k)
-                .map(super::drives::DriveLink::state)
-                == Some(Some(PowerState::OperationEnabled)),
+        if !(self.axes.iter().any(in_force) && self.mode.torque() && self.homed()) {
+            if let Some(computed) = &mut self.computed {
+                computed.leave();
+            }
+            return None;
+        }
+        let measured = core::array::from_fn(|k| {
+            let (Some(axis), Some(link), Some(angle)) = (
+                self.axes.get(k),
+                self.drives.links().get(k),
+                demand.position.get(k),
+            ) else {
+                return Measured::NOTHING;
+            };
+            let rad_per_unit = axis.constants().rad_per_unit;
+            Measured {
+                error: float(axis.units(*angle).saturating_sub(axis.actual())) * rad_per_unit,
+                units: axis.actual(),
+                rad_per_unit,
+                current_ma: self.holding_ma(k),
+                follows: link.state() == Some(PowerState::OperationEnabled),
+            }
         });
         let computed = self.computed.as_mut()?;
-        let currents = chosen
-            .then(|| computed.step(&self.robot, demand, &measured).ok())
-            .flatten();
+        let currents = computed.step(&self.robot, demand, &measured).ok();
         if currents.is_none() {
             computed.leave();
         }
@@ -285,14 +349,17 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let in_csp = |axis: &Axis| axis.law() == ServoLaw::DrivePosition;
         let mapped = self.setup.scripts.iter().any(|script| script.torque_offset);
         // drives confirm a change of mode one after the other
-        let wanted = mapped && self.mode.torque() && self.homed() && self.axes.iter().any(in_csp);
+        if !mapped {
+            return [None; N];
+        }
+        let wanted = self.mode.torque() && self.homed() && self.axes.iter().any(in_csp);
         let model = match &self.computed {
             Some(computed) if wanted => computed.model(&self.robot, demand).ok(),
             _ => None,
         };
         self.offset_share = match model {
             Some(_) if self.offset_share < 1.0 => {
-                self.offset_share + self.setup.servo_step_s / OFFSET_RAMP_S
+                self.offset_share + narrow(self.setup.servo_step_s / OFFSET_RAMP_S)
             }
             Some(_) => 1.0,
             None => 0.0,
@@ -300,7 +367,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         let torques = model.unwrap_or([0.0; N]);
         core::array::from_fn(|k| {
             let (axis, script) = (self.axes.get(k)?, self.setup.scripts.get(k)?);
-            let rated_mnm = f64::from(self.drives.links().get(k)?.rated_torque_mnm());
+            let rated_mnm = whole(self.drives.links().get(k)?.rated_torque_mnm());
             let torque = if in_csp(axis) { *torques.get(k)? } else { 0.0 };
             script
                 .torque_offset

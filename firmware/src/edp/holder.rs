@@ -2,7 +2,7 @@
 
 use crate::capacity::KNOT_QUEUE;
 use motion::interpolator::FeedPace;
-use motion::{AxisEnvelope, Interpolator};
+use motion::{Angle, AxisEnvelope, Interpolator};
 
 /// An interpolator that is in force, or not.
 #[derive(Debug)]
@@ -20,8 +20,8 @@ impl<const N: usize> Holder<N> {
         }
     }
 
-    /// In force from now on, holding these positions, rad; not if the envelopes cannot be used.
-    pub(super) fn hold(&mut self, envelopes: [AxisEnvelope; N], positions: [f64; N]) {
+    /// In force from now on, holding these positions; not if the envelopes cannot be used.
+    pub(super) fn hold(&mut self, envelopes: [AxisEnvelope; N], positions: [Angle; N]) {
         self.in_force = self.interpolator.hold_anew(envelopes, positions).is_ok();
     }
 

@@ -2,8 +2,8 @@
 
 use super::Edp;
 use crate::ecp::{Demand, refusal};
-use motion::Knot;
 use motion::interpolator::PushError;
+use motion::{Angle, Knot};
 use protocol::fault::{Quantity, Refusal};
 use protocol::message::NodeState;
 use protocol::time::Micros;
@@ -156,7 +156,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         {
             interpolator.resume();
             self.coming_to_rest = false;
-            self.queue_end = Motors(interpolator.setpoint().position);
+            self.queue_end = Motors(interpolator.setpoint().position.map(Angle::to_f64));
         }
     }
 }
@@ -187,12 +187,20 @@ fn from_push(error: &PushError, state: NodeState) -> Refusal {
             value,
             limit,
         },
-        PushError::NoRoomToStop { axis, value, limit } => Refusal::Limit {
-            axis: axis_of(axis),
-            quantity: Quantity::MotorPosition,
-            value,
-            limit,
+        PushError::Long => Refusal::OutOfRange {
+            index: 0,
+            value: f32::INFINITY,
+            lower: 0.0,
+            upper: 4294.0,
         },
+        PushError::NoRoomToStop { axis, value, limit } | PushError::Far { axis, value, limit } => {
+            Refusal::Limit {
+                axis: axis_of(axis),
+                quantity: Quantity::MotorPosition,
+                value,
+                limit,
+            }
+        }
         PushError::AccelerationStep { axis, value, limit } => Refusal::Limit {
             axis: axis_of(axis),
             quantity: Quantity::Acceleration,

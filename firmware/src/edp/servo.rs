@@ -17,33 +17,33 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OriginalGains {
     /// ε: weight of the integral of the position error.
-    pub epsilon: f64,
+    pub epsilon: f32,
     /// a: pole of the filter.
-    pub a: f64,
+    pub a: f32,
     /// b0
-    pub b0: f64,
+    pub b0: f32,
     /// b1
-    pub b1: f64,
+    pub b1: f32,
     /// Saturation of u, PWM counts (190 of 255 in the original).
-    pub u_max: f64,
+    pub u_max: f32,
     /// Motor current per PWM count, mA.
-    pub ma_per_count: f64,
+    pub ma_per_count: f32,
 }
 
 /// The state of [`OriginalGains`]' difference equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OriginalState {
-    e: f64,
-    delta: f64,
-    u1: f64,
-    u2: f64,
+    e: f32,
+    delta: f32,
+    u1: f32,
+    u2: f32,
     last_actual: Option<i64>,
 }
 
 impl OriginalState {
     /// The state in which the law goes on giving this current, mA, as long as nothing moves.
     #[must_use]
-    pub fn holding(gains: &OriginalGains, current_ma: f64) -> Self {
+    pub fn holding(gains: &OriginalGains, current_ma: f32) -> Self {
         let u = clamp(current_ma / gains.ma_per_count, gains.u_max);
         // Standing still, u settles where (1−a)·(u1−u2) = (b0−b1)·δ; with u1 = u2 that is δ = 0.
         Self {
@@ -55,18 +55,24 @@ impl OriginalState {
 
     /// How far the axis has moved since the last step, drive units.
     pub fn moved(&mut self, actual: i64) -> i64 {
-        actual.saturating_sub(self.last_actual.replace(actual).unwrap_or(actual))
+        moved(&mut self.last_actual, actual)
     }
+}
+
+fn moved(last: &mut Option<i64>, actual: i64) -> i64 {
+    actual.saturating_sub(last.replace(actual).unwrap_or(actual))
 }
 
 impl OriginalGains {
     /// One servo step: increments of demand and of encoder, impulses → current, mA.
     ///
     /// The saturated u is what is fed back, so the output does not wind up.
-    pub fn step(&self, s: &mut OriginalState, demanded_inc: f64, measured_inc: f64) -> f64 {
+    pub fn step(&self, s: &mut OriginalState, demanded_inc: f32, measured_inc: f32) -> f32 {
         let e = demanded_inc - measured_inc;
         let delta = s.delta + (1.0 + self.epsilon) * e - (1.0 - self.epsilon) * s.e;
-        let u = (1.0 + self.a) * s.u1 - self.a * s.u2 + self.b0 * delta - self.b1 * s.delta;
+        // (1+a)·u1 − a·u2 so that what does not change is kept to the bit
+        let held = s.u1 + self.a * (s.u1 - s.u2);
+        let u = held + self.b0 * delta - self.b1 * s.delta;
         let u = clamp(u, self.u_max);
         *s = OriginalState {
             e,
@@ -88,32 +94,32 @@ impl OriginalGains {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeedForwardGains {
     /// mA per rad.
-    pub kp: f64,
+    pub kp: f32,
     /// mA per rad·s.
-    pub ki: f64,
+    pub ki: f32,
     /// mA per rad/s.
-    pub kd: f64,
+    pub kd: f32,
     /// Viscous friction compensation, mA per rad/s.
-    pub kv: f64,
+    pub kv: f32,
     /// Coulomb friction compensation, mA.
-    pub kc: f64,
+    pub kc: f32,
     /// Inertia compensation, mA per rad/s².
-    pub ka: f64,
+    pub ka: f32,
     /// Saturation, mA.
-    pub i_max: f64,
+    pub i_max: f32,
 }
 
 /// The state of [`FeedForwardGains`]' law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FeedForwardState {
-    integral: f64,
-    last_actual: Option<f64>,
+    integral: f32,
+    last_actual: Option<i64>,
 }
 
 impl FeedForwardState {
     /// The state in which the law goes on giving this current, mA, at standstill without error.
     #[must_use]
-    pub fn holding(gains: &FeedForwardGains, current_ma: f64) -> Self {
+    pub fn holding(gains: &FeedForwardGains, current_ma: f32) -> Self {
         let integral = if gains.ki > 0.0 {
             clamp(current_ma, gains.i_max) / gains.ki
         } else {
@@ -124,17 +130,26 @@ impl FeedForwardState {
             last_actual: None,
         }
     }
+
+    /// How far the axis has moved since the last step, drive units.
+    pub fn moved(&mut self, actual: i64) -> i64 {
+        moved(&mut self.last_actual, actual)
+    }
 }
 
-/// What the law follows in one step; rad of the motor shaft.
+/// What the law follows in one step, and how far it is from it; rad of the motor shaft.
+///
+/// Positions are compared in drive units, so that only their differences have the 24 bits of f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
-    /// rad
-    pub position: f64,
+    /// Demand less actual position, rad.
+    pub error: f32,
+    /// What is measured, rad/s.
+    pub measured_velocity: f32,
     /// rad/s
-    pub velocity: f64,
+    pub velocity: f32,
     /// rad/s²
-    pub acceleration: f64,
+    pub acceleration: f32,
 }
 
 /// Bandwidth of the modern regulator's position loop, rad/s.
@@ -167,30 +182,33 @@ impl FeedForwardGains {
         let per_torque = 1000.0 / motor.torque_constant_nm_a;
         let inertia = (motor.rotor_kg_m2 + motor.load_kg_m2) * per_torque;
         Self {
-            kp: inertia * w * w,
-            ki: inertia * w * w * w / integral_ratio,
-            kd: 2.0 * DAMPING * inertia * w,
-            kv: motor.viscous_nms_rad * per_torque,
-            kc: motor.coulomb_nm * per_torque,
-            ka: inertia,
-            i_max,
+            kp: narrow(inertia * w * w),
+            ki: narrow(inertia * w * w * w / integral_ratio),
+            kd: narrow(2.0 * DAMPING * inertia * w),
+            kv: narrow(motor.viscous_nms_rad * per_torque),
+            kc: narrow(motor.coulomb_nm * per_torque),
+            ka: narrow(inertia),
+            i_max: narrow(i_max),
         }
     }
 
-    /// One servo step of `ts` seconds; `actual` in rad → current, mA.
-    pub fn step(&self, s: &mut FeedForwardState, demand: Demand, actual: f64, ts: f64) -> f64 {
-        let velocity = s.last_actual.map_or(0.0, |last| (actual - last) / ts);
-        s.last_actual = Some(actual);
-        let error = demand.position - actual;
-        let direction = demand.velocity / (libm::fabs(demand.velocity) + COULOMB_BLEND_RAD_S);
+    /// One servo step of `ts` seconds → current, mA.
+    pub fn step(&self, s: &mut FeedForwardState, demand: &Demand, ts: f32) -> f32 {
+        let Demand {
+            error,
+            measured_velocity,
+            velocity,
+            acceleration,
+        } = *demand;
+        let direction = velocity / (libm::fabsf(velocity) + COULOMB_BLEND_RAD_S);
         let raw = self.kp * error
             + self.ki * s.integral
-            + self.kd * (demand.velocity - velocity)
-            + self.kv * demand.velocity
+            + self.kd * (velocity - measured_velocity)
+            + self.kv * velocity
             + self.kc * direction
-            + self.ka * demand.acceleration;
+            + self.ka * acceleration;
         let i = clamp(raw, self.i_max);
-        if libm::fabs(raw) < self.i_max {
+        if libm::fabsf(raw) < self.i_max {
             s.integral += error * ts;
         }
         i
@@ -198,9 +216,9 @@ impl FeedForwardGains {
 }
 
 /// Below this speed the Coulomb compensation fades out instead of switching sign, rad/s.
-const COULOMB_BLEND_RAD_S: f64 = 0.5;
+const COULOMB_BLEND_RAD_S: f32 = 0.5;
 
-fn clamp(x: f64, bound: f64) -> f64 {
+fn clamp(x: f32, bound: f32) -> f32 {
     if x > bound {
         bound
     } else if x < -bound {
@@ -210,6 +228,12 @@ fn clamp(x: f64, bound: f64) -> f64 {
     }
 }
 
+/// The nearest float of 32 bits: what constants of a description are in a servo step.
+#[expect(clippy::cast_possible_truncation, reason = "24 bits are enough")]
+pub(crate) const fn narrow(x: f64) -> f32 {
+    x as f32
+}
+
 #[cfg(test)]
 mod test {
     use super::*;
@@ -217,7 +241,7 @@ mod test {
     /// Axis "column": MRROC++ `NL_2`.
     const NL_2: OriginalGains = OriginalGains {
         epsilon: 0.010,
-        a: 0.412_429_378_531,
+        a: 0.412_429_4,
         b0: 1.556_959_2,
         b1: 1.502_861_4,
         u_max: 190.0,
@@ -230,6 +254,7 @@ mod test {
         let OriginalGains {
             epsilon, a, b0, b1, ..
         } = NL_2;
+        let [epsilon, a, b0, b1] = [epsilon, a, b0, b1].map(f64::from);
         let n = [
             (1.0 + epsilon) * b0,
             -(1.0 + epsilon) * b1 - (1.0 - epsilon) * b0,
@@ -255,8 +280,14 @@ mod test {
         transfer_function(&errors, &mut expected);
         let mut s = OriginalState::default();
         for (e, want) in increments.iter().zip(expected) {
-            let got = NL_2.step(&mut s, *e, 0.0) / NL_2.ma_per_count;
-            assert!((got - want).abs() < 1e-9, "{got} {want}");
+            #[expect(clippy::cast_possible_truncation, reason = "halves")]
+            let e = *e as f32;
+            let got = f64::from(NL_2.step(&mut s, e, 0.0) / NL_2.ma_per_count);
+            // ten steps, each a few roundings of numbers below 20
+            assert!(
+                (got - want).abs() < 20.0 * 10.0 * 4.0 * 6e-8,
+                "{got} {want}"
+            );
         }
     }
 
@@ -283,17 +314,43 @@ mod test {
         };
         let mut s = FeedForwardState::default();
         let ts = 0.002;
-        for k in 0..100 {
-            let t = f64::from(k) * ts;
+        for _ in 0..100 {
             let d = Demand {
-                position: 7.0 * t,
+                error: 0.0,
+                measured_velocity: 7.0,
                 velocity: 7.0,
                 acceleration: 0.0,
             };
-            let i = gains.step(&mut s, d, d.position, ts);
-            if k > 0 {
-                assert!((i - 14.0).abs() < 1e-9, "{i}");
-            }
+            let i = gains.step(&mut s, &d, ts);
+            assert!((i - 14.0).abs() < 1e-5, "{i}");
         }
+        // each error is answered by its gain: 100·0.1, 5·2, 3·4, and what 0.1 leaves in the integral
+        let d = Demand {
+            error: 0.1,
+            measured_velocity: 5.0,
+            velocity: 7.0,
+            acceleration: 4.0,
+        };
+        for expected in [46.0, 46.002] {
+            let i = gains.step(&mut s, &d, ts);
+            assert!((i - expected).abs() < 2e-5, "{i}");
+        }
+    }
+
+    #[test]
+    fn what_holds_an_axis_is_held_to_the_bit() {
+        let mut s = OriginalState::holding(&NL_2, 1234.5);
+        let first = NL_2.step(&mut s, 0.0, 0.0);
+        for _ in 0..100_000 {
+            assert_eq!(NL_2.step(&mut s, 0.0, 0.0).to_bits(), first.to_bits());
+        }
+        assert!((first - 1234.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_first_movement_is_none() {
+        let mut s = FeedForwardState::default();
+        assert_eq!((s.moved(1 << 60), s.moved((1 << 60) + 3)), (0, 3));
+        assert_eq!(s.moved(i64::MIN), i64::MIN);
     }
 }

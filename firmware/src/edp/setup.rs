@@ -4,15 +4,16 @@ use crate::capacity::KNOT_QUEUE;
 use crate::config::{ConfigError, DriveAddress, NodeConfig};
 use crate::ecp::Limits;
 use crate::ecp::generator::axis_move::MotorShare;
-use crate::edp::axis::AxisConstants;
+use crate::edp::axis::{AxisConstants, whole};
 use crate::edp::drives::AxisSetup;
 use crate::edp::homing::HomingParameters;
 use crate::edp::limits::Bounds;
-use crate::edp::servo::{FeedForwardGains, OriginalGains};
+use crate::edp::servo::{FeedForwardGains, OriginalGains, narrow};
+use motion::angle::Ratio;
 use motion::interpolator::FeedPace;
 use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
-use motion::{AxisEnvelope, Interpolator};
+use motion::{Angle, AxisEnvelope, Interpolator};
 use protocol::canopen::cia402::Mode;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::message::ServoLaw;
@@ -53,7 +54,7 @@ pub struct EdpSetup<const N: usize> {
     /// Homing.
     pub homing: [HomingParameters; N],
     /// Trip currents, mA.
-    pub overcurrent_ma: [f64; N],
+    pub overcurrent_ma: [f32; N],
     /// The servo law in force.
     pub law: ServoLaw,
     /// How fast paths may be held and resumed.
@@ -116,7 +117,7 @@ impl<const N: usize> EdpSetup<N> {
             overcurrent_ma: description
                 .axes
                 .each_ref()
-                .map(|axis| f64::from(axis.overcurrent_ma)),
+                .map(|axis| whole(axis.overcurrent_ma)),
             law: config.law,
             pace: FeedPace::new(&envelopes(&homed_bounds)),
             homed_bounds,
@@ -147,14 +148,14 @@ impl<const N: usize> EdpSetup<N> {
     /// # Errors
     /// [`ConfigError::NoRoomToStop`].
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let Err(error) =
-            Interpolator::<N, KNOT_QUEUE>::with_pace(self.envelopes(true), [0.0; N], self.pace)
-        else {
+        let Err(error) = Interpolator::<N, KNOT_QUEUE>::with_pace(
+            self.envelopes(true),
+            [Angle::ZERO; N],
+            self.pace,
+        ) else {
             return Ok(());
         };
-        let (EnvelopeError::Senseless { axis }
-        | EnvelopeError::NoRoomToStop { axis, .. }
-        | EnvelopeError::Hold { axis }) = error;
+        let (EnvelopeError::Senseless { axis } | EnvelopeError::NoRoomToStop { axis, .. }) = error;
         Err(ConfigError::NoRoomToStop {
             axis: u8::try_from(axis).unwrap_or(u8::MAX),
         })
@@ -236,19 +237,22 @@ fn constants(axis: &AxisDescription, factor: f64) -> AxisConstants {
     let (pwm, current) = (axis.pwm_regulator, axis.current_regulator);
     AxisConstants {
         units_per_rad: units_per_rad(axis),
-        torque_constant: axis.motor.torque_constant_nm_a,
+        units_per_quantum: Ratio::nearest(units_per_rad(axis) * Angle::of_quanta(1).to_f64()),
+        rad_per_unit: narrow(1.0 / units_per_rad(axis)),
+        torque_constant: narrow(axis.motor.torque_constant_nm_a),
         original: OriginalGains {
-            epsilon: pwm.epsilon,
-            a: pwm.a,
-            b0: pwm.b0,
-            b1: pwm.b1,
-            u_max: pwm.limit,
-            ma_per_count: current.gain_ma,
+            epsilon: narrow(pwm.epsilon),
+            a: narrow(pwm.a),
+            b0: narrow(pwm.b0),
+            b1: narrow(pwm.b1),
+            u_max: narrow(pwm.limit),
+            ma_per_count: narrow(current.gain_ma),
         },
         feed_forward: FeedForwardGains::design(axis),
-        following_window_rad: f64::from(axis.following_error_increments) * core::f64::consts::TAU
-            / f64::from(axis.increments_per_turn),
-        full_speed: axis.hard_limits.velocity * factor,
+        following_window: whole(saturate(
+            i64::from(axis.following_error_increments) * UNITS_PER_INCREMENT,
+        )),
+        full_speed: narrow(axis.hard_limits.velocity * factor),
         jump_units: i64::from(axis.max_increments_per_step) * UNITS_PER_INCREMENT,
     }
 }

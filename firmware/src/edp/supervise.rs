@@ -5,6 +5,7 @@ use crate::edp::axis::Axis;
 use crate::edp::drives::AxisActual;
 use crate::edp::mode::{Event, Mode};
 use crate::edp::stuck::Stuck;
+use motion::Angle;
 use protocol::canopen::cia402::PowerState;
 use protocol::fault::Cause;
 use protocol::time::Micros;
@@ -46,7 +47,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Faults of the drives and of the loops.
-    pub(super) fn supervise(&mut self, now: Micros, currents_ma: &[f64; N]) {
+    pub(super) fn supervise(&mut self, now: Micros, currents_ma: &[f32; N]) {
         match self.mode {
             Mode::Configuring if self.drives.ready() => {
                 let _ = self.on(now, Event::DrivesConfigured);
@@ -89,7 +90,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             .map_or([0.0; N], |i| i.setpoint().velocity);
         let mut found = None;
         for (k, link) in self.drives.links().iter().enumerate() {
-            let over = libm::fabs(currents_ma.get(k).copied().unwrap_or(f64::INFINITY))
+            let over = libm::fabsf(currents_ma.get(k).copied().unwrap_or(f32::INFINITY))
                 > self.setup.overcurrent_ma.get(k).copied().unwrap_or(0.0);
             let (Some(axis), Some(count), Some(stuck), Some(v)) = (
                 self.axes.get(k),
@@ -121,15 +122,18 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Joint limits, once homed.
-    pub(super) fn joints_inside(&self, positions: &[f64; N]) -> Result<(), (Cause, usize)> {
-        if !self.homed() {
+    pub(super) fn joints_inside(&self, positions: &[Angle; N]) -> Result<(), (Cause, usize)> {
+        if !self.homed() || self.guard.accepts(positions) {
             return Ok(());
         }
-        let checked = self.robot.joints(&Motors(*positions)).and_then(|q| {
-            // what stands outside already may come back
-            let inside = self.robot.check_joints(&q);
-            inside.or_else(|e| if self.closer(&q) { Ok(()) } else { Err(e) })
-        });
+        let checked = self
+            .robot
+            .joints(&Motors(positions.map(Angle::to_f64)))
+            .and_then(|q| {
+                // what stands outside already may come back
+                let inside = self.robot.check_joints(&q);
+                inside.or_else(|e| if self.closer(&q) { Ok(()) } else { Err(e) })
+            });
         checked.map_err(|e| match e {
             robots::KinematicError::Limit { axis, .. } => (Cause::PositionLimit, axis),
             _ => (Cause::Unreachable, 0),

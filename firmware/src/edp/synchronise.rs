@@ -4,6 +4,8 @@ use super::{Edp, HomingProgress};
 use crate::edp::drives::Task;
 use crate::edp::homing::{Action, AxisHoming, Inputs};
 use crate::edp::mode::{Event, Mode};
+use crate::edp::servo::narrow;
+use motion::Angle;
 use protocol::fault::Cause;
 use protocol::message::HomingPhase;
 use protocol::time::Micros;
@@ -35,7 +37,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         };
         let (Some(parameters), Some(position), Some(link)) = (
             self.setup.homing.get(*axis).copied(),
-            self.setpoint().get(*axis).copied(),
+            self.setpoint().get(*axis).copied().map(Angle::to_f64),
             self.drives.links().get(*axis),
         ) else {
             return;
@@ -113,24 +115,33 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             Action::None => {}
             Action::ArmIndex => link.request(Task::ArmIndex),
             Action::SetZero { index_rad } => {
-                let zero = axis.units(index_rad);
-                let shift = axis.rad(zero);
+                let zero = axis.units(Angle::bound(index_rad));
+                let shift = axis.angle(zero).quanta();
                 axis.set_zero(zero);
-                self.gate.shift(k, -shift);
+                self.gate.shift(k, shift.saturating_neg());
                 for (p, past) in setpoint.position.iter_mut().zip(self.gate.positions()) {
                     *p = past;
                 }
             }
             Action::Finished => finished = true,
         }
+        let mut refused = None;
         let axes = setpoint.position.iter_mut().zip(&mut setpoint.velocity);
         if let Some(((p, v), a)) = axes.zip(&mut setpoint.acceleration).nth(k) {
-            (*p, *v, *a) = (out.position, out.velocity, out.acceleration);
+            match Angle::nearest(out.position) {
+                Some(position) => *p = position,
+                None => refused = Some((Cause::NotFinite, k)),
+            }
+            (*v, *a) = (narrow(out.velocity), narrow(out.acceleration));
         }
-        let bounds = self.setup.bounds(false);
-        if let Err(violation) = self.gate.pass(&setpoint.position, &bounds) {
+        if refused.is_none()
+            && let Err(violation) = self.gate.pass(&setpoint.position)
+        {
+            refused = Some((violation.cause(), violation.axis));
+        }
+        if let Some((cause, axis)) = refused {
             self.violations = self.violations.saturating_add(1);
-            self.raise(now, violation.cause(), Some(violation.axis));
+            self.raise(now, cause, Some(axis));
             setpoint = motion::Setpoint::at_rest(self.gate.positions());
         }
         if matches!(self.mode, Mode::Stopping { .. }) && self.at_rest_after_stop() {

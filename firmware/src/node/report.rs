@@ -98,6 +98,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R,
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the conversion saturates")]
-pub(super) fn milliamps(ma: f64) -> i16 {
-    libm::round(ma) as i16
+pub(super) fn milliamps(ma: f32) -> i16 {
+    libm::roundf(ma) as i16
 }

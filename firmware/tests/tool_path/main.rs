@@ -11,7 +11,7 @@ use firmware::ecp::tool_path::ToolPath;
 use firmware::ecp::{Coordinator, Demand, EcpOf, EffectorImage, Limits, Sensors};
 use firmware::edp::EdpSetup;
 use motion::path::{Arc, Curve, MovingSegment, Straight};
-use motion::{AxisEnvelope, AxisLimits, Interpolator, Knot, Pose, Status};
+use motion::{Angle, AxisEnvelope, AxisLimits, Interpolator, Knot, Pose, Status};
 use nalgebra::Vector3;
 use protocol::fault::{PathProblem, Refusal};
 use protocol::message::{Coordination, Corner, PathElement, PoseMessage};
@@ -153,8 +153,11 @@ impl Run {
             },
         );
         let motors = |motion: &JointMotion<N>| self.arm.robot.motor_motion(motion).unwrap();
-        let mut edp =
-            Interpolator::<N, 8>::new([wide; N], motors(&self.knots[0]).position.0).unwrap();
+        let mut edp = Interpolator::<N, 8>::new(
+            [wide; N],
+            motors(&self.knots[0]).position.0.map(Angle::bound),
+        )
+        .unwrap();
         edp.start(0).unwrap();
         let mut knots = self.knots[1..].iter();
         let (mut at_us, mut out) = (0, Vec::new());
@@ -174,9 +177,9 @@ impl Run {
             }
             let output = edp.step(now_us);
             let motion = robots::MotorMotion {
-                position: robots::Motors(output.setpoint.position),
-                velocity: output.setpoint.velocity,
-                acceleration: output.setpoint.acceleration,
+                position: robots::Motors(output.setpoint.position.map(Angle::to_f64)),
+                velocity: output.setpoint.velocity.map(f64::from),
+                acceleration: output.setpoint.acceleration.map(f64::from),
             };
             out.push([self.arm.robot.joint_motion(&motion).unwrap()]);
             if output.status == Status::Idle {

@@ -1,13 +1,13 @@
 //! What may be asked of a path under way: another feed rate, a stop, to forget knots.
 
 use super::report::Moving;
-use super::tail::Tail;
 use super::{Interpolator, Mode, OffPath, QuickStop, Status, StopCause};
 use crate::ramp::Ramp;
-use crate::scalar::smaller;
+use crate::scalar::{larger, smaller, within};
 
-/// Kept below the hard limits in a quick stop, for rounding.
-const ROUNDING_MARGIN: f64 = 1.0 - 1e-12;
+/// Kept below the hard limits in a quick stop, for rounding: velocity and acceleration have 24 bits, positions are
+/// quantised.
+const ROUNDING_MARGIN: f64 = 1.0 - 1e-6;
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Brings the feed rate to 0 on the path, from the last set-point on.
@@ -64,6 +64,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     fn leave_path(&mut self) -> QuickStop {
         let mut stop = OffPath {
             since_us: self.now_us,
+            duration: 0.0,
             from: self.setpoint.position,
             velocity: [Ramp::new(0.0, 0.0, 0.0, 1.0, 1.0); N],
         };
@@ -74,12 +75,15 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             .zip(&self.setpoint.acceleration);
         for ((ramp, axis), (v, a)) in stop.velocity.iter_mut().zip(&self.axes).zip(states) {
             let hard = axis.hard.scaled(ROUNDING_MARGIN);
-            *ramp = Ramp::new(*v, *a, 0.0, hard.a, hard.j);
+            let a = within(f64::from(*a), -hard.a, hard.a);
+            *ramp = Ramp::new(f64::from(*v), a, 0.0, hard.a, hard.j);
+            stop.duration = larger(stop.duration, ramp.duration());
         }
         let mut each = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
         let inside = each.all(|((p, ramp), (lower, upper))| {
             let (back, forth) = ramp.reach_to_zero();
-            p + back >= *lower && p + forth <= *upper
+            let p = p.to_f64();
+            p + back >= lower.to_f64() && p + forth <= upper.to_f64()
         });
         if inside {
             self.queue.clear();
@@ -103,24 +107,5 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         self.rest(position, Mode::Idle, Status::Idle);
         self.begin(self.now_us);
         Ok(())
-    }
-
-    /// Drops the knots later than `at_us` that lie behind the segment under way; the stop tail of the
-    /// knot that is then the last was verified when that knot came. Returns how many were dropped.
-    pub fn clear_after(&mut self, at_us: u64) -> usize {
-        if !matches!(self.mode, Mode::Waiting { .. } | Mode::OnPath) {
-            return 0;
-        }
-        let before = self.queue.len();
-        let mut kept = before.min(1);
-        while self.queue.nth(kept).is_some_and(|s| s.end.at_us <= at_us) {
-            kept += 1;
-        }
-        self.queue.truncate(kept);
-        if let Some(last) = kept.checked_sub(1).and_then(|n| self.queue.nth(n)) {
-            self.end = last.end;
-            self.tail = Tail::new(&self.end, &self.tails);
-        }
-        before - kept
     }
 }

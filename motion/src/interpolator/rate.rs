@@ -56,9 +56,9 @@ impl RateLimits {
 /// An instant of path time and how it passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PathTime {
-    /// Whole microseconds, and the rest in \[0, 1) µs.
+    /// Whole microseconds, and the rest in 2⁻³² µs.
     pub(crate) us: u64,
-    pub(crate) fraction_us: f64,
+    pub(crate) fraction: u32,
     /// r, and ṙ in 1/s.
     pub(crate) rate: f64,
     pub(crate) change: f64,
@@ -67,12 +67,25 @@ pub(crate) struct PathTime {
 impl PathTime {
     /// Microseconds since an earlier (or equal) instant.
     pub(crate) fn since_us(&self, earlier_us: u64) -> f64 {
-        float_us(self.us.saturating_sub(earlier_us)) + self.fraction_us
+        float_us(self.us.saturating_sub(earlier_us)) + f64::from(self.fraction) / FRACTIONS
     }
 
     pub(crate) fn is_after(&self, us: u64) -> bool {
-        self.us > us || (self.us == us && self.fraction_us > 0.0)
+        self.us > us || (self.us == us && self.fraction > 0)
     }
+}
+
+/// Fractions of a microsecond in one.
+const FRACTIONS: f64 = 4_294_967_296.0;
+
+/// A part in \[0, 1) of a microsecond, rounded down to 2⁻³².
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a float to integer cast saturates, and the argument is not negative"
+)]
+fn fraction(part: f64) -> u32 {
+    (part * FRACTIONS) as u32
 }
 
 /// Path time as a closed form of the caller's time since the last change of mind: nothing is
@@ -92,7 +105,7 @@ impl PathClock {
             since_us: 0,
             from: PathTime {
                 us: 0,
-                fraction_us: 0.0,
+                fraction: 0,
                 rate: 1.0,
                 change: 0.0,
             },
@@ -110,7 +123,7 @@ impl PathClock {
         self.since_us = at_us;
         self.from = PathTime {
             us: at_us,
-            fraction_us: 0.0,
+            fraction: 0,
             rate,
             change: 0.0,
         };
@@ -139,10 +152,13 @@ impl PathClock {
     }
 
     fn advanced(&self, by_us: f64, rate: f64, change: f64) -> PathTime {
-        let (whole, fraction_us) = split_us(self.from.fraction_us + by_us);
+        let (whole, part) = split_us(by_us);
+        // rounded down, below 2³²: of a later time it is never less
+        let (fraction, carry) = self.from.fraction.overflowing_add(fraction(part));
+        let us = self.from.us.saturating_add(whole);
         PathTime {
-            us: self.from.us.saturating_add(whole),
-            fraction_us,
+            us: us.saturating_add(u64::from(carry)),
+            fraction,
             rate,
             change,
         }

@@ -149,6 +149,17 @@ pub enum PushError {
         /// The largest allowed.
         limit: f64,
     },
+    /// The segment lasts longer than the 71 minutes (2³² µs) for which there is fixed point.
+    Long,
+    /// The segment begins, or goes, farther than fixed point reaches.
+    Far {
+        /// Which axis.
+        axis: usize,
+        /// Where it begins, or the sum of its polynomial's coefficients; by magnitude.
+        value: f64,
+        /// What that may be.
+        limit: f64,
+    },
     /// Stopping behind the knot would leave the position limits.
     NoRoomToStop {
         /// Which axis.
@@ -205,6 +216,11 @@ impl fmt::Display for PushError {
             Self::AccelerationStep { axis, value, limit } => write!(
                 f,
                 "axis {axis}: acceleration would step by {value}, limit {limit}"
+            ),
+            Self::Long => f.write_str("the segment would last longer than 71 minutes"),
+            Self::Far { axis, value, limit } => write!(
+                f,
+                "axis {axis}: the segment would go as far as {value}, fixed point {limit}"
             ),
             Self::NoRoomToStop { axis, value, limit } => write!(
                 f,

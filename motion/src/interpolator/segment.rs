@@ -1,4 +1,4 @@
-//! One polynomial piece of the path, and the queue of pieces.
+//! One polynomial piece of the path, as it is made of a knot and checked.
 
 use crate::knot::{AxisEnvelope, Knot, Quantity};
 use crate::polynomial::{Coefficients, cubic, derivative, evaluate, hulls, quintic, range};
@@ -62,7 +62,6 @@ pub(crate) struct Excess {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment<const N: usize> {
     start_us: u64,
-    per_us: f64,
     per_s: f64,
     coefficients: [Coefficients; N],
     pub(crate) end: End<N>,
@@ -71,8 +70,7 @@ pub(crate) struct Segment<const N: usize> {
 impl<const N: usize> Segment<N> {
     /// The piece from one state to the next knot; the knot is later.
     pub(crate) fn new(from: &End<N>, knot: &Knot<N>) -> Self {
-        let duration_us = float_us(knot.at_us.saturating_sub(from.at_us));
-        let t = duration_us / US_PER_S;
+        let t = float_us(knot.at_us.saturating_sub(from.at_us)) / US_PER_S;
         let mut end = End {
             at_us: knot.at_us,
             position: knot.position,
@@ -98,24 +96,22 @@ impl<const N: usize> Segment<N> {
         }
         Self {
             start_us: from.at_us,
-            per_us: 1.0 / duration_us,
             per_s,
             coefficients,
             end,
         }
     }
 
-    /// Position, and its first and second derivative with respect to path time, of each axis.
-    pub(crate) fn at(&self, since_start_us: f64) -> impl Iterator<Item = [f64; 3]> + '_ {
-        let u = smaller(since_start_us * self.per_us, 1.0);
-        self.coefficients.iter().map(move |c| {
-            let [p, d, dd] = evaluate(c, u);
-            [p, d * self.per_s, dd * self.per_s * self.per_s]
-        })
+    pub(crate) const fn start_us(&self) -> u64 {
+        self.start_us
     }
 
-    pub(crate) fn start_us(&self) -> u64 {
-        self.start_us
+    pub(crate) const fn per_s(&self) -> f64 {
+        self.per_s
+    }
+
+    pub(crate) const fn coefficients(&self) -> &[Coefficients; N] {
+        &self.coefficients
     }
 
     /// Steps of acceleration where the piece begins, by magnitude.
@@ -175,61 +171,6 @@ impl<const N: usize> Segment<N> {
             }
         }
         None
-    }
-}
-
-/// A first-in first-out queue of at most Q pieces.
-#[derive(Clone, Debug)]
-pub(crate) struct Queue<const N: usize, const Q: usize> {
-    pieces: heapless::Deque<Segment<N>, Q>,
-}
-
-impl<const N: usize, const Q: usize> Queue<N, Q> {
-    pub(crate) const fn new() -> Self {
-        const { assert!(Q > 0, "a queue without room") };
-        Self {
-            pieces: heapless::Deque::new(),
-        }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.pieces.len()
-    }
-
-    pub(crate) fn is_full(&self) -> bool {
-        self.pieces.is_full()
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.pieces.clear();
-    }
-
-    /// Appends; the caller has asked [`is_full`](Self::is_full).
-    pub(crate) fn push(&mut self, piece: Segment<N>) {
-        let _ = self.pieces.push_back(piece);
-    }
-
-    pub(crate) fn front(&self) -> Option<&Segment<N>> {
-        self.pieces.front()
-    }
-
-    pub(crate) fn nth(&self, nth: usize) -> Option<&Segment<N>> {
-        self.pieces.get(nth)
-    }
-
-    /// Drops pieces that end at or before `us`, except the last piece.
-    pub(crate) fn drop_passed(&mut self, us: u64) {
-        for _ in 1..self.len() {
-            if self.front().is_some_and(|piece| piece.end.at_us > us) {
-                break;
-            }
-            let _ = self.pieces.pop_front();
-        }
-    }
-
-    /// Keeps the first `count` pieces.
-    pub(crate) fn truncate(&mut self, count: usize) {
-        self.pieces.truncate(count);
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::rate::PathTime;
 use super::{Interpolator, Mode, OffPath, Output, Status, StopCause};
+use crate::angle::Angle;
 use crate::knot::Setpoint;
-use crate::scalar::{US_PER_S, float_us, within};
+use crate::scalar::{US_PER_S, float_us, narrow};
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// The set-point for `now_us`. Called once every servo step; time never goes back.
@@ -35,18 +36,20 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         self.queue.drop_passed(path.us);
         if path.is_after(self.end.at_us) {
             if self.end.is_at_rest() {
-                return self.rest(self.end.position, Mode::Idle, Status::Idle);
+                let position = self.end.position.map(Angle::bound);
+                return self.rest(position, Mode::Idle, Status::Idle);
             }
             return self.step_tail(path);
         }
         if let Some(segment) = self.queue.front() {
-            let since_us = path.since_us(segment.start_us());
-            self.setpoint = if path.us >= segment.end.at_us {
-                // the knot itself, to the bit
-                timed(segment.end.axes(), path, &self.reach)
+            if path.us < segment.end_us() {
+                timed(&mut self.setpoint, segment.at(path), path, &self.reach);
             } else {
-                timed(segment.at(since_us), path, &self.reach)
-            };
+                // the last knot itself
+                let states = self.end.axes().map(|[p, v, a]| (p, narrow(v), narrow(a)));
+                let states = angles(states);
+                timed(&mut self.setpoint, states, path, &self.reach);
+            }
         }
         match self.clock.changing_to() {
             Some(target) => Status::Changing {
@@ -62,32 +65,35 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         let cause = StopCause::Underrun;
         let after_s = path.since_us(self.end.at_us) / US_PER_S;
         if after_s >= self.tail.duration() {
-            let position = self.tail.rest_position(&self.end);
+            let position = self.tail.rest_position(&self.end).map(Angle::bound);
             return self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
         }
         self.mode = Mode::OnTail;
-        self.setpoint = timed(self.tail.at(&self.end, after_s), path, &self.reach);
+        let states = angles(self.tail.at(&self.end, after_s));
+        timed(&mut self.setpoint, states, path, &self.reach);
         Status::Stopping { cause }
     }
 
     fn step_off_path(&mut self, stop: &OffPath<N>) -> Status {
         let cause = StopCause::QuickStop;
         let t = float_us(self.now_us.saturating_sub(stop.since_us)) / US_PER_S;
-        let mut moving = false;
-        let axes = stop.from.iter().zip(&stop.velocity);
-        for ((p, (v, a)), (from, ramp)) in axes_mut(&mut self.setpoint).zip(axes) {
+        let axes = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
+        for ((p, (v, a)), ((from, ramp), (lower, upper))) in axes_mut(&mut self.setpoint).zip(axes)
+        {
             let state = ramp.at(t);
-            (*p, *v, *a) = (from + state.integral, state.x, state.dx);
-            moving |= t < ramp.duration();
+            let further = from.plus(Angle::bound(state.integral).quanta());
+            // takes away rounding only: the end was checked
+            *p = further.within(*lower, *upper);
+            (*v, *a) = (narrow(state.x), narrow(state.dx));
         }
-        if moving {
+        if t < stop.duration {
             return Status::Stopping { cause };
         }
         let position = self.setpoint.position;
         self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause })
     }
 
-    pub(super) fn rest(&mut self, position: [f64; N], mode: Mode<N>, status: Status) -> Status {
+    pub(super) fn rest(&mut self, position: [Angle; N], mode: Mode<N>, status: Status) -> Status {
         self.setpoint = Setpoint::at_rest(position);
         self.queue.clear();
         self.mode = mode;
@@ -97,26 +103,32 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
 
 fn axes_mut<const N: usize>(
     setpoint: &mut Setpoint<N>,
-) -> impl Iterator<Item = (&mut f64, (&mut f64, &mut f64))> {
+) -> impl Iterator<Item = (&mut Angle, (&mut f32, &mut f32))> {
     let derivatives = setpoint.velocity.iter_mut().zip(&mut setpoint.acceleration);
     setpoint.position.iter_mut().zip(derivatives)
 }
 
+/// With positions as a set-point has them.
+fn angles(
+    states: impl Iterator<Item = (f64, f32, f32)>,
+) -> impl Iterator<Item = (Angle, f32, f32)> {
+    states.map(|(p, v, a)| (Angle::bound(p), v, a))
+}
+
 /// Derivatives with respect to path time become derivatives with respect to time.
+#[inline]
 fn timed<const N: usize>(
-    states: impl Iterator<Item = [f64; 3]>,
+    setpoint: &mut Setpoint<N>,
+    states: impl Iterator<Item = (Angle, f32, f32)>,
     path: PathTime,
-    reach: &[(f64, f64); N],
-) -> Setpoint<N> {
-    let mut setpoint = Setpoint::at_rest([0.0; N]);
-    let (rate, square) = (path.rate, path.rate * path.rate);
-    for (((p, (v, a)), [s, ds, dds]), (lower, upper)) in
-        axes_mut(&mut setpoint).zip(states).zip(reach)
-    {
+    reach: &[(Angle, Angle); N],
+) {
+    let (rate, change) = (narrow(path.rate), narrow(path.change));
+    let square = rate * rate;
+    for (((p, (v, a)), (s, ds, dds)), (lower, upper)) in axes_mut(setpoint).zip(states).zip(reach) {
         // takes away rounding only: the extrema were checked
-        *p = within(s, *lower, *upper);
+        *p = s.within(*lower, *upper);
         *v = ds * rate;
-        *a = dds * square + ds * path.change;
+        *a = dds * square + ds * change;
     }
-    setpoint
 }

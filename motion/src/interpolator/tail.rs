@@ -3,7 +3,7 @@
 use super::segment::End;
 use crate::knot::AxisEnvelope;
 use crate::profile::AxisLimits;
-use crate::scalar::{larger, smaller, within};
+use crate::scalar::{larger, narrow, smaller, within};
 
 /// From the end of the path to rest, in path time.
 ///
@@ -79,39 +79,44 @@ impl<const N: usize> Tail<N> {
         self.duration
     }
 
-    /// Position, and its first and second derivative with respect to path time, of each axis.
+    /// Position, and its first and second derivative with respect to path time, of each axis: positions in f64, the
+    /// derivatives in f32.
     pub(crate) fn at<'a>(
         &'a self,
         end: &'a End<N>,
         after_s: f64,
-    ) -> impl Iterator<Item = [f64; 3]> + 'a {
+    ) -> impl Iterator<Item = (f64, f32, f32)> + 'a {
         let u = if self.t > 0.0 {
             within(after_s / self.t, 0.0, 1.0)
         } else {
             1.0
         };
         let way = self.t * u * (1.0 + u * u * (0.5 * u - 1.0));
+        let (u, t) = (narrow(u), narrow(self.t));
         let h0 = 1.0 + u * u * (2.0 * u - 3.0);
-        let slope = if self.t > 0.0 {
-            6.0 * u * (u - 1.0) / self.t
+        let slope = if t > 0.0 {
+            6.0 * u * (u - 1.0) / t
         } else {
             0.0
         };
         end.axes().zip(&self.fade).map(move |([p, v, a], fade)| {
             let x = within(after_s / fade, 0.0, 1.0);
+            let faded = a * fade * fade * x * x * (0.5 + x * (0.25 * x - 2.0 / 3.0));
+            let position = p + v * way + faded;
+            let (v, a, x, fade) = (narrow(v), narrow(a), narrow(x), narrow(*fade));
             let left = 1.0 - x;
-            [
-                p + v * way + a * fade * fade * x * x * (0.5 + x * (0.25 * x - 2.0 / 3.0)),
+            (
+                position,
                 v * h0 + a * fade * x * left * left,
                 v * slope + a * left * (1.0 - 3.0 * x),
-            ]
+            )
         })
     }
 
     /// Where the path comes to rest.
     pub(crate) fn rest_position(&self, end: &End<N>) -> [f64; N] {
         let mut position = end.position;
-        for (to, [p, ..]) in position.iter_mut().zip(self.at(end, self.duration)) {
+        for (to, (p, ..)) in position.iter_mut().zip(self.at(end, self.duration)) {
             *to = p;
         }
         position

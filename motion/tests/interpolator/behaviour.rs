@@ -1,9 +1,9 @@
 //! Single behaviours of the interpolator, each as one story.
 use crate::observer::{Observer, STEP_US, envelope};
-use motion::interpolator::{FeedPace, PushError, QuickStop, StopCause};
+use motion::interpolator::{EVALUATION_QUANTA, FeedPace, PushError, QuickStop, StopCause};
 use motion::knot::Quantity;
 use motion::profile::AxisLimits;
-use motion::{AxisEnvelope, Interpolator, Knot, Status};
+use motion::{Angle, AxisEnvelope, Interpolator, Knot, Status};
 
 const HARD: AxisLimits = AxisLimits {
     v: 2.0,
@@ -12,7 +12,7 @@ const HARD: AxisLimits = AxisLimits {
 };
 
 fn one() -> Interpolator<1, 4> {
-    let mut edp = Interpolator::new([envelope(5.0, HARD)], [0.0]).unwrap();
+    let mut edp = Interpolator::new([envelope(5.0, HARD)], [Angle::ZERO]).unwrap();
     edp.start(0).unwrap();
     edp
 }
@@ -37,9 +37,11 @@ fn golden_samples_of_a_quintic() {
         (750_000, 0.448_242_187_5, 0.527_343_75, -2.8125),
     ] {
         let s = edp.step(now).setpoint;
-        assert!((s.position[0] - p).abs() < 1e-15);
-        assert!((s.velocity[0] - v).abs() < 1e-14);
-        assert!((s.acceleration[0] - a).abs() < 1e-13);
+        let off = Angle::bound(p).since(s.position[0]);
+        assert!(off.abs() <= EVALUATION_QUANTA, "{off}");
+        // ten roundings of f32, of terms up to 30 and 60
+        assert!((f64::from(s.velocity[0]) - v).abs() < 30.0 * 6e-7);
+        assert!((f64::from(s.acceleration[0]) - a).abs() < 60.0 * 6e-7);
     }
 }
 
@@ -101,10 +103,7 @@ fn an_underrun_stops_where_promised_and_must_be_flushed() {
     };
     assert_eq!(end, StopCause::Underrun);
     assert!(now >= promise.at_us && now < promise.at_us + STEP_US);
-    assert_eq!(
-        edp.setpoint().position.map(f64::to_bits),
-        promise.position.map(f64::to_bits)
-    );
+    assert_eq!(edp.setpoint().position, promise.position.map(Angle::bound));
     let stopped = Err(PushError::Stopped {
         cause: StopCause::Underrun,
     });
@@ -168,7 +167,8 @@ fn a_quick_stop_is_the_fastest_and_leaves_the_path() {
     assert!(edp.flush().is_err());
     assert_eq!(edp.quick_stop(), QuickStop::OffPath);
     // v = 1.5, a = 0: v/a + a/j
-    let t = moving.velocity[0] / HARD.a + HARD.a / HARD.j;
+    let v = f64::from(moving.velocity[0]);
+    let t = v / HARD.a + HARD.a / HARD.j;
     let end = 2_500_000 + (t * 1e6) as u64;
     assert!(matches!(
         edp.step(end - 5).status,
@@ -182,8 +182,9 @@ fn a_quick_stop_is_the_fastest_and_leaves_the_path() {
             cause: StopCause::QuickStop
         }
     ));
-    let way = edp.setpoint().position[0] - moving.position[0];
-    assert!((way - 0.5 * t * moving.velocity[0]).abs() < 1e-9);
+    let way = edp.setpoint().position[0].to_f64() - moving.position[0].to_f64();
+    // what is kept below the limits for rounding is a millionth
+    assert!((way - 0.5 * t * v).abs() < 2e-6 * way);
     edp.resume();
     assert!(matches!(
         edp.step(end + 5_000).status,
@@ -200,10 +201,13 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
     assert!((accepted.acceleration_step[0] - 3.0).abs() < 1e-12); // 6·d/t²
     assert!((edp.step(1).setpoint.acceleration[0] - 3.0).abs() < 1e-4);
     edp.step(1_000_001);
-    assert!(edp.setpoint().acceleration[0] == 0.0 && edp.setpoint().position[0] == 0.5);
+    assert!(
+        edp.setpoint().acceleration[0] == 0.0
+            && Some(edp.setpoint().position[0]) == Angle::nearest(0.5)
+    );
     let mut axis = envelope(5.0, HARD);
     axis.acceleration_step = 2.9;
-    let mut strict = Interpolator::<1, 4>::new([axis], [0.0]).unwrap();
+    let mut strict = Interpolator::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
     strict.start(0).unwrap();
     let refused = strict.push(cubic, 0);
     assert!(
@@ -213,7 +217,7 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
 
 #[test]
 fn from_outside_the_limits_only_the_way_back_is_open() {
-    let mut edp = Interpolator::<1, 4>::new([envelope(1.0, HARD)], [1.5]).unwrap();
+    let mut edp = Interpolator::<1, 4>::new([envelope(1.0, HARD)], [Angle::bound(1.5)]).unwrap();
     edp.start(0).unwrap();
     assert!(edp.push(knot(2_000_000, 1.6, 0.0), 0).is_err());
     edp.push(knot(2_000_000, 0.9, 0.0), 0).unwrap();
@@ -221,27 +225,13 @@ fn from_outside_the_limits_only_the_way_back_is_open() {
 }
 
 #[test]
-fn knots_can_be_taken_back() {
-    let mut edp = one();
-    for i in 1..=3 {
-        edp.push(knot(i * 1_000_000, 0.2 * i as f64, 0.0), 0)
-            .unwrap();
-    }
-    edp.step(1_500_000);
-    assert_eq!(edp.clear_after(0), 1);
-    assert_eq!(edp.horizon_us(1_500_000), 500_000);
-    edp.push(knot(3_000_000, 0.3, 0.0), 1_500_000).unwrap();
-}
-
-#[test]
 fn limits_without_room_to_stop_are_refused() {
     let mut axis = AxisEnvelope::new(-1.0, 1.0, HARD);
-    assert!(Interpolator::<1, 2>::new([axis], [0.0]).is_ok());
+    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_ok());
     axis.plan = HARD;
-    assert!(Interpolator::<1, 2>::new([axis], [0.0]).is_err());
+    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_err());
     axis.plan = HARD.scaled(f64::NAN);
-    assert!(Interpolator::<1, 2>::new([axis], [0.0]).is_err());
-    assert!(Interpolator::<1, 2>::new([envelope(1.0, HARD)], [f64::INFINITY]).is_err());
+    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_err());
 }
 
 /// Turning round at a position limit needs less room than stopping there without turning.
@@ -254,7 +244,7 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
     };
     let (mut on, mut off) = (0, 0);
     for stop_at in 300..520u64 {
-        let mut edp = Interpolator::<1, 4>::new([axis], [0.0]).unwrap();
+        let mut edp = Interpolator::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
         let mut observer = Observer::new(&[axis]);
         edp.start(0).unwrap();
         edp.push(turn(-0.98 * axis.plan.a), 0).unwrap();
@@ -277,8 +267,9 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
 #[test]
 fn a_pace_serves_every_envelope_that_differs_in_position_only() {
     let pace = FeedPace::new(&[envelope(5.0, HARD)]);
-    let new = Interpolator::<1, 4>::new([envelope(7.0, HARD)], [0.0]).unwrap();
-    let paced = Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [0.0], pace).unwrap();
+    let new = Interpolator::<1, 4>::new([envelope(7.0, HARD)], [Angle::ZERO]).unwrap();
+    let paced =
+        Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [Angle::ZERO], pace).unwrap();
     assert_eq!(
         new.hold_duration_s().to_bits(),
         paced.hold_duration_s().to_bits()
@@ -287,6 +278,4 @@ fn a_pace_serves_every_envelope_that_differs_in_position_only() {
     // and of no other
     let faster = AxisLimits { j: 300.0, ..HARD };
     assert_ne!(FeedPace::new(&[envelope(5.0, faster)]), pace);
-    let outside = Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [f64::NAN], pace);
-    assert!(outside.is_err());
 }

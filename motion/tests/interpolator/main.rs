@@ -7,15 +7,18 @@
     reason = "test times are small, and exact equality is what is promised"
 )]
 mod behaviour;
+mod fixed;
 mod observer;
 
-use motion::interpolator::PushError;
+use motion::interpolator::{EVALUATION_QUANTA, PushError};
 use motion::profile::{AxisLimits, PhaseSynchronised};
-use motion::{Interpolator, Knot, Status};
+use motion::{Angle, Interpolator, Knot, Status};
 use observer::{Observer, STEP_US, envelope};
 use proptest::prelude::*;
 
 const KNOT_US: u64 = 20_000;
+/// What a position in fixed point may be off, in units of the axis: 2⁻⁴⁰ a quantum.
+const QUANTA: f64 = EVALUATION_QUANTA as f64 / 1_099_511_627_776.0;
 
 /// A knot that the plan limits admit, drawn near where the path is; halves its ambition until accepted.
 fn push_some<const N: usize, const Q: usize>(
@@ -95,7 +98,7 @@ proptest! {
     ) {
         let limits = AxisLimits { v, a, j };
         let axes = [envelope(upper, limits), envelope(upper, limits.scaled(1.7)), envelope(2.0 * upper, limits)];
-        let mut edp = Interpolator::<3, 6>::new(axes, [0.1, -0.1, 0.0]).unwrap();
+        let mut edp = Interpolator::<3, 6>::new(axes, [0.1, -0.1, 0.0].map(Angle::bound)).unwrap();
         let mut observer = Observer::new(&axes);
         let (mut now, mut wish, mut speaks) = (0, [0.5, -0.3, 0.2], true);
         let mut last = Knot { at_us: 0, position: [0.0; 3], velocity: [0.0; 3], acceleration: Some([0.0; 3]) };
@@ -115,7 +118,7 @@ proptest! {
                 }
                 if matches!(edp.step(now).status, Status::Idle) {
                     edp.start(now + 4000).unwrap();
-                    last = Knot { at_us: now + 4000, position: edp.setpoint().position, velocity: [0.0; 3], acceleration: Some([0.0; 3]) };
+                    last = Knot { at_us: now + 4000, position: edp.setpoint().position.map(Angle::to_f64), velocity: [0.0; 3], acceleration: Some([0.0; 3]) };
                 }
                 if speaks {
                     push_some(&mut edp, &mut last, &wish, &limits, now);
@@ -138,9 +141,7 @@ proptest! {
         }
         prop_assert!(edp.is_at_rest());
         if let Some(tail) = promised {
-            for (p, q) in edp.setpoint().position.iter().zip(&tail.position) {
-                prop_assert!((p - q).abs() < 1e-12);
-            }
+            prop_assert_eq!(edp.setpoint().position, tail.position.map(Angle::bound));
         }
     }
 
@@ -154,7 +155,7 @@ proptest! {
         let axes = [envelope(9.0, hard); 2];
         let planned = axes[0].for_planning(knot_us);
         let plan = PhaseSynchronised::new([0.0; 2], end, &[planned; 2]).unwrap();
-        let mut edp = Interpolator::<2, 4>::new(axes, [0.0; 2]).unwrap();
+        let mut edp = Interpolator::<2, 4>::new(axes, [Angle::ZERO; 2]).unwrap();
         let mut observer = Observer::new(&axes);
         edp.start(0).unwrap();
         let (mut now, mut next) = (0, knot_us);
@@ -174,14 +175,12 @@ proptest! {
             let h = knot_us as f64 * 1e-6;
             for (p, e) in output.setpoint.position.iter().zip(&expected) {
                 // a velocity that strays by 0.0221·j·h² for at most h
-                prop_assert!((p - e.p).abs() < 0.0221 * planned.j * h * h * h + 1e-12);
+                prop_assert!((p.to_f64() - e.p).abs() < 0.0221 * planned.j * h * h * h + QUANTA);
             }
             now += STEP_US;
         }
         prop_assert_eq!(edp.step(now).status, Status::Idle);
-        for (p, e) in edp.setpoint().position.iter().zip(&end) {
-            prop_assert_eq!(p.to_bits(), e.to_bits());
-        }
+        prop_assert_eq!(edp.setpoint().position, end.map(Angle::bound));
     }
 
     /// Feed hold stays on the path: the same positions are passed, later.
@@ -189,7 +188,7 @@ proptest! {
     fn hold_and_resume_stay_on_the_path(at in 10..120u64, long in 0..300u64, override_rate in 0.05..1.0f64) {
         let hard = AxisLimits { v: 4.0, a: 20.0, j: 800.0 };
         let axes = [envelope(9.0, hard); 2];
-        let mut edp = Interpolator::<2, 4>::new(axes, [0.0; 2]).unwrap();
+        let mut edp = Interpolator::<2, 4>::new(axes, [Angle::ZERO; 2]).unwrap();
         let mut observer = Observer::new(&axes);
         edp.start(0).unwrap();
         let end = [2.0, -1.0];
@@ -201,14 +200,14 @@ proptest! {
             if i == 5500 { edp.set_override(1.0); }
             let output = edp.step(i * STEP_US);
             observer.see(&output);
-            let [x, y] = output.setpoint.position;
-            prop_assert!((x + 2.0 * y).abs() < 1e-12, "off the path");
+            let [x, y] = output.setpoint.position.map(Angle::to_f64);
+            prop_assert!((x + 2.0 * y).abs() < 3.0 * QUANTA, "off the path");
         }
         let mut i = 6000;
         while edp.step(i * STEP_US).status != Status::Idle {
             i += 1;
             prop_assert!(i < 30_000);
         }
-        prop_assert_eq!(edp.setpoint().position.map(f64::to_bits), end.map(f64::to_bits));
+        prop_assert_eq!(edp.setpoint().position, end.map(Angle::bound));
     }
 }

@@ -1,11 +1,13 @@
 //! Judges set-points by their finite differences: the mean of a derivative over an interval is a value
 //! between its extremes there, so a difference quotient above a limit proves that the limit was broken.
-use motion::interpolator::Output;
+use motion::interpolator::{EVALUATION_QUANTA, Output};
 use motion::profile::AxisLimits;
-use motion::{AxisEnvelope, Status};
+use motion::{Angle, AxisEnvelope, Status};
 
 pub(crate) const STEP_US: u64 = 2_000;
 const TS: f64 = 2e-3;
+/// f32 has 24 bits, and the terms of a motion from rest to rest are up to 64 times their sum: ten roundings of that.
+const NARROW: f64 = 64.0 * 10.0 / 16_777_216.0;
 
 pub(crate) fn envelope(upper: f64, hard: AxisLimits) -> AxisEnvelope {
     AxisEnvelope::new(-upper, upper, hard)
@@ -30,11 +32,16 @@ impl<const N: usize> Observer<N> {
             let s = &output.setpoint;
             let hard = axis.hard;
             assert!(
-                s.position[i] >= axis.lower && s.position[i] <= axis.upper,
+                s.position[i] >= Angle::bound(axis.lower)
+                    && s.position[i] <= Angle::bound(axis.upper),
                 "position {output:?}"
             );
-            assert!(s.velocity[i].abs() <= hard.v, "velocity {output:?}");
-            assert!(s.acceleration[i].abs() <= hard.a, "acceleration {output:?}");
+            let (v, a) = (f64::from(s.velocity[i]), f64::from(s.acceleration[i]));
+            assert!(v.abs() <= hard.v * (1.0 + NARROW), "velocity {output:?}");
+            assert!(
+                a.abs() <= hard.a * (1.0 + NARROW),
+                "acceleration {output:?}"
+            );
             if matches!(
                 output.status,
                 Status::Idle | Status::Held | Status::Stopped { .. }
@@ -50,37 +57,43 @@ impl<const N: usize> Observer<N> {
         let state = |back: usize| {
             n.checked_sub(back + 1).map(|k| {
                 let s = &self.seen[k].setpoint;
-                (s.position[i], s.velocity[i], s.acceleration[i])
+                (
+                    s.position[i].to_f64(),
+                    f64::from(s.velocity[i]),
+                    f64::from(s.acceleration[i]),
+                )
             })
         };
         let (Some((p0, v0, a0)), Some((p1, v1, a1))) = (state(0), state(1)) else {
             return;
         };
-        // rounding of positions, divided by powers of the step
-        let noise = 1e-14 * (1.0 + p0.abs());
+        // what a position in fixed point is off at most, and f64 in this test
+        let noise = EVALUATION_QUANTA as f64 * Angle::of_quanta(1).to_f64() + 1e-14 * p0.abs();
+        let (narrow_v, narrow_a) = (NARROW * hard.v, NARROW * hard.a);
         let context = || format!("axis {i} {:?}", &self.seen[n.saturating_sub(3)..]);
         assert!(
-            (p0 - p1).abs() <= hard.v * TS + noise,
+            (p0 - p1).abs() <= hard.v * TS + 2.0 * noise,
             "velocity, {}",
             context()
         );
         assert!(
-            (v0 - v1).abs() <= hard.a * TS + 1e-12,
+            (v0 - v1).abs() <= hard.a * TS + 2.0 * narrow_v,
             "acceleration, {}",
             context()
         );
         assert!(
-            (a0 - a1).abs() <= hard.j * TS * (1.0 + 1e-9) + 1e-9,
+            (a0 - a1).abs() <= hard.j * TS * (1.0 + 1e-9) + 2.0 * narrow_a,
             "jerk, {}",
             context()
         );
         // reported derivatives are the derivatives: trapezoid rules, error |f''|·h³/12
         assert!(
-            (v0 - v1 - 0.5 * TS * (a0 + a1)).abs() <= 0.26 * hard.j * TS * TS + 1e-12,
+            (v0 - v1 - 0.5 * TS * (a0 + a1)).abs()
+                <= 0.26 * hard.j * TS * TS + 2.0 * narrow_v + TS * narrow_a,
             "v' = a, {}",
             context()
         );
-        let slack = hard.j * TS * TS * TS / 4.0 + noise;
+        let slack = hard.j * TS * TS * TS / 4.0 + 2.0 * noise + TS * narrow_v + TS * TS * narrow_a;
         assert!(
             (p0 - p1 - 0.5 * TS * (v0 + v1) + TS * TS * (a0 - a1) / 12.0).abs() <= slack,
             "p' = v, {}",

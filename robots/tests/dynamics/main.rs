@@ -5,6 +5,7 @@ mod chains;
 mod energy;
 mod equations;
 mod every_robot;
+mod model;
 mod motors;
 mod shapes;
 mod urdf;

@@ -3,6 +3,7 @@
 
 mod all;
 mod five;
+mod guard;
 mod polycrank;
 mod slider;
 mod track;
