@@ -24,6 +24,10 @@ pub trait NodeProcess: core::fmt::Debug {
     fn state(&self) -> NodeState;
     /// [`Node::identity`]
     fn identity(&self) -> Identity;
+    /// Would the next servo step find the ECP still at work? Where time can wait, in lock step, it does.
+    fn wants_time(&mut self) -> bool {
+        false
+    }
 }
 
 impl<R, const N: usize, P, const W: usize> NodeProcess for Node<R, N, P, W>
