@@ -7,6 +7,10 @@ pub const KNOT_QUEUE: usize = 8;
 /// macrosteps ahead; as many again for a burst after a stall.
 pub const KNOT_INBOX: usize = 10;
 
+/// Knots of one plan of the ECP. A path has two a macrostep; of tight coordination it takes up to two in half a
+/// macrostep, where a coordinator sends one in a whole.
+pub const KNOTS_PER_PLAN: usize = 2;
+
 /// Sessions of the MP link: 2 kinds (command, request) for the coordinator and for one more that
 /// tries to be it, plus stop and time of either.
 pub const LINK_SESSIONS: usize = 8;
@@ -22,6 +26,9 @@ pub const PATH_INBOX: usize = 16;
 
 /// Elements made pieces of in one macrostep: 200 points a second at 20 ms.
 pub const PATH_ELEMENTS_PER_MACROSTEP: usize = 4;
+
+/// The same on a microcontroller, where an element with a rounded corner takes two million instructions.
+pub const PATH_ELEMENTS_PER_MACROSTEP_SMALL: usize = 1;
 
 /// Samples of a path that the choice of speed looks at: a quarter behind, the rest ahead. At the
 /// longest distance of samples, 1.5 mm, it brakes within 100 mm: from 0.4 m/s at 1 m/s².
@@ -39,6 +46,22 @@ pub const PATH_SAMPLES_SMALL: usize = 32;
 /// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1.5 mm and 20 ms
 /// enough for 0.6 m/s.
 pub const PATH_SAMPLES_PER_MACROSTEP: usize = 8;
+
+/// The same on a microcontroller, where a sample takes 650 000 instructions: enough for 0.075 m/s.
+pub const PATH_SAMPLES_PER_MACROSTEP_SMALL: usize = 1;
+
+/// How many elements and how many samples a macrostep takes of a path, where the choice of speed looks at so many
+/// samples.
+pub const fn path_per_macrostep(window: usize) -> (usize, usize) {
+    if window < PATH_SAMPLES {
+        (
+            PATH_ELEMENTS_PER_MACROSTEP_SMALL,
+            PATH_SAMPLES_PER_MACROSTEP_SMALL,
+        )
+    } else {
+        (PATH_ELEMENTS_PER_MACROSTEP, PATH_SAMPLES_PER_MACROSTEP)
+    }
+}
 
 /// Macrosteps over which the motion along a path is averaged: 160 ms at 20 ms; the robots here need 60 ms.
 pub const PATH_AVERAGED: usize = 8;

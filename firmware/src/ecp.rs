@@ -4,23 +4,30 @@
 //! (`e_j`) and the virtual sensors' readings (`v_j`), makes one step of the running instruction,
 //! and gives the EDP the motion state to be attained next. No clock, no bus: time is an argument.
 //!
+//! It has two sides. The [`agenda`] is what it has been told; it belongs to the servo step and answers at
+//! once. [`Ecp`] is the work itself, which may take as long as half a macrostep: it is given an order, works,
+//! and has a plan, and in between nobody looks at it. So it may be preempted by servo steps.
+//!
 //! Where to add: a generator is a file in `ecp/generator`, a condition a type in
 //! `ecp/condition`, an instruction of the wire an arm in [`Ecp::accept`]; a user's own program
 //! implements [`Programs`] and needs none of these.
 
+pub mod agenda;
 pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
 mod own_frame;
 mod path_feed;
-mod path_stream;
+pub mod plan;
 pub mod refusal;
 pub mod tool_motion;
 pub mod tool_path;
-pub use image::{Coordinator, Demand, EffectorImage, Sensors};
+pub use image::{Coordinator, Demand, EffectorAtMotors, EffectorImage, Sensors};
+pub use plan::{MotorKnot, Plan, Verdict};
 
-use crate::capacity::{KNOT_INBOX, PATH_INBOX};
+use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
+use agenda::Agenda;
 use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
@@ -33,11 +40,10 @@ use nalgebra::Vector3;
 use own_frame::{one_step, one_step_in};
 use protocol::fault::Refusal;
 use protocol::message::{
-    AxisSpeeds, Coordination, Decision, Instruction, KnotMessage, PathElement, PoseMessage,
-    PosePath, PoseReference, PoseSpeeds, Progress,
+    AxisSpeeds, Coordination, Instruction, KnotMessage, PoseMessage, PosePath, PoseReference,
+    PoseSpeeds,
 };
-use protocol::time::Micros;
-use robots::Robot;
+use robots::{Motors, Robot};
 use tool_motion::{PathSpeeds, ToolMotion};
 use tool_path::ToolPath;
 
@@ -117,21 +123,6 @@ enum Running<R, const N: usize, const W: usize> {
     Program,
 }
 
-/// What one macrostep of the ECP results in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outcome<const N: usize> {
-    /// Nothing is running, or it waits for its start time.
-    Idle,
-    /// The instruction begins with this step.
-    Demand(Demand<N>),
-    /// The instruction is complete.
-    Ended,
-    /// The instruction cannot go on.
-    Failed(Refusal),
-    /// `f_E` holds: an error, even if the terminal condition holds too.
-    Error,
-}
-
 /// What the ECP knows of its robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<const N: usize> {
@@ -161,17 +152,12 @@ pub struct Ecp<R, const N: usize, P, const W: usize> {
     running: Running<R, N, W>,
     /// The path of the running instruction, if it has one; it is too large to travel by value.
     tool_path: ToolPath<N, W>,
-    start_at: Micros,
-    id: u32,
-    progress: Progress,
-    decision: Option<Decision>,
-    inbox: heapless::Deque<KnotMessage, KNOT_INBOX>,
-    end_motion: bool,
-    /// Elements of a path that wait to be taken, and the number of the one wanted next.
-    path: heapless::Deque<PathElement, PATH_INBOX>,
-    path_next: u32,
-    feed_override: f64,
-    i: u32,
+    /// What the step is to be made of, in its place: large too.
+    input: Input<EcpOf<N>>,
+    homed: bool,
+    /// Knots of tight coordination that this step takes beside the one that it begins with.
+    knots: heapless::Deque<KnotMessage, KNOTS_PER_PLAN>,
+    plan: Plan<N>,
 }
 
 impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, N, P, W> {
@@ -185,32 +171,28 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             programs,
             running: Running::None,
             tool_path: ToolPath::new(),
-            start_at: Micros(0),
-            id: 0,
-            progress: Progress::Idle,
-            decision: None,
-            inbox: heapless::Deque::new(),
-            end_motion: false,
-            path: heapless::Deque::new(),
-            path_next: 0,
-            feed_override: 1.0,
-            i: 0,
+            input: Input {
+                i: 0,
+                c0: Coordinator {
+                    says: Coordination::None,
+                    end_motion: false,
+                    path: heapless::Vec::new(),
+                    feed_override: 1.0,
+                },
+                e: EffectorImage {
+                    motors: Motors([0.0; N]),
+                    joints: None,
+                    demanded_motors: Motors([0.0; N]),
+                    demanded_joints: None,
+                    following_error: [0.0; N],
+                },
+                v: Sensors { effort: [0.0; N] },
+                t: (),
+            },
+            homed: false,
+            knots: heapless::Deque::new(),
+            plan: Plan::new(),
         }
-    }
-
-    /// The latest instruction and how far it is.
-    pub const fn progress(&self) -> (u32, Progress) {
-        (self.id, self.progress)
-    }
-
-    /// Is an instruction running or waiting for its start?
-    pub const fn busy(&self) -> bool {
-        !matches!(self.running, Running::None)
-    }
-
-    /// Does the running instruction take its knots from the coordinator?
-    pub const fn follows(&self) -> bool {
-        matches!(self.running, Running::Follow(_))
     }
 
     /// `t_flange_tool`
@@ -227,43 +209,13 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         Ok(())
     }
 
-    /// A new epoch: forget the last one's instruction.
-    pub fn forget(&mut self) {
-        self.abort();
-        self.id = 0;
-        self.progress = Progress::Idle;
-        self.decision = None;
-    }
-
-    /// What the coordinator says in its cyclic message.
-    ///
-    /// # Errors
-    /// [`Refusal::QueueFull`] when knots come faster than they are consumed.
-    pub fn coordinate(&mut self, says: &Coordination) -> Result<(), Refusal> {
-        match says {
-            Coordination::Loose(decision) => {
-                self.decision = Some(*decision);
-                Ok(())
-            }
-            Coordination::Tight(knot) if self.follows() => self
-                .inbox
-                .push_back(knot.clone())
-                .map_err(|_| Refusal::QueueFull),
-            Coordination::None | Coordination::Tight(_) => Ok(()),
-        }
-    }
-
-    /// Take an instruction (R0 checks). `homed` decides what may be asked for.
+    /// Take an instruction (R0 checks) in the place of what there was. `homed` decides what may be asked for.
     ///
     /// # Errors
     /// Why it was refused; nothing changed then.
-    pub fn accept(
-        &mut self,
-        id: u32,
-        start_at: Micros,
-        instruction: &Instruction,
-        homed: bool,
-    ) -> Result<(), Refusal> {
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
+    pub fn accept(&mut self, instruction: &Instruction, homed: bool) -> Result<(), Refusal> {
         let unhomed_ok = matches!(
             instruction,
             Instruction::MoveMotors { relative: true, .. } | Instruction::Hold { .. }
@@ -271,7 +223,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         if !homed && !unhomed_ok {
             return Err(Refusal::NotSynchronised);
         }
-        let running = match instruction {
+        self.running = match instruction {
             Instruction::Hold { duration_ms } => Running::Hold(Move::new(Hold {
                 macrosteps: self.macrosteps(*duration_ms),
             })),
@@ -324,11 +276,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                 Running::Program
             }
         };
-        self.running = running;
-        self.id = id;
-        self.start_at = start_at;
-        self.progress = Progress::Pending;
-        self.clear_streams();
         Ok(())
     }
 
@@ -392,65 +339,98 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         })
     }
 
-    /// The coordinator ends the motion.
-    pub const fn end_motion(&mut self) {
-        self.end_motion = true;
-    }
-
-    /// The instruction ends here, because of a stop or a fault.
-    pub fn abort(&mut self) {
-        if self.busy() {
-            self.progress = Progress::Failed(Refusal::Aborted);
-        }
-        self.running = Running::None;
-        self.clear_streams();
-    }
-
-    /// One macrostep. Under tight coordination it is called again in the same macrostep while
-    /// [`Ecp::more`] says that knots wait.
+    /// The order to make a step: what was said until now, and the image and the readings of now. The joints are
+    /// found where there is time for it.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn step(&mut self, now: Micros, e: EffectorImage<N>, v: Sensors<N>) -> Outcome<N> {
-        if !self.busy() || now < self.start_at {
-            return Outcome::Idle;
-        }
-        self.i = self.i.wrapping_add(1);
-        let says = match self.inbox.pop_front() {
-            Some(knot) => Coordination::Tight(knot),
-            None => self
-                .decision
+    pub fn order(&mut self, agenda: &mut Agenda, e: &EffectorAtMotors<N>, v: Sensors<N>) {
+        let Coordinator {
+            says,
+            end_motion,
+            path,
+            feed_override,
+        } = &mut self.input.c0;
+        self.knots.clear();
+        *says = match agenda.take_knot() {
+            Some(knot) => {
+                for _ in 1..KNOTS_PER_PLAN {
+                    let Some(knot) = agenda.take_knot() else {
+                        break;
+                    };
+                    let _ = self.knots.push_back(knot);
+                }
+                Coordination::Tight(knot)
+            }
+            None => agenda
+                .decision()
                 .map_or(Coordination::None, Coordination::Loose),
         };
-        let c0 = Coordinator {
-            says,
-            end_motion: self.end_motion,
-            path: self.path_elements(),
-            feed_override: self.feed_override,
+        *end_motion = agenda.motion_ends();
+        *feed_override = agenda.feed_override();
+        let (elements, _) = path_per_macrostep(W);
+        let room = match &self.running {
+            Running::Path(running) if running.runs() => self.tool_path.room().min(elements),
+            // the first step begins with an empty path
+            Running::Path(_) => elements,
+            _ => 0,
         };
-        let x = Input {
-            i: self.i,
-            c0,
-            e,
-            v,
-            t: (),
-        };
+        agenda.take_path(room, path);
+        let image = &mut self.input.e;
+        image.motors = e.motors;
+        image.demanded_motors = e.demanded_motors;
+        image.following_error = e.following_error;
+        self.homed = e.homed;
+        self.input.v = v;
+    }
+
+    /// Does what was ordered: a step of the instruction or, under tight coordination, one for each knot of the
+    /// order. The [plan](Self::plan) is what came of it.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
+    pub fn work(&mut self) {
+        self.plan.clear();
+        let Input { e, .. } = &mut self.input;
+        let joints = |m: &Motors<N>| self.homed.then(|| self.robot.joints(m).ok()).flatten();
+        e.joints = joints(&e.motors);
+        e.demanded_joints = joints(&e.demanded_motors);
+        for _ in 0..KNOTS_PER_PLAN {
+            self.plan.verdict = self.step();
+            if self.plan.verdict != Verdict::Goes {
+                self.running = Running::None;
+                return;
+            }
+            let Some(knot) = self.knots.pop_front() else {
+                return;
+            };
+            self.input.c0.says = Coordination::Tight(knot);
+        }
+    }
+
+    /// What the last work came to.
+    pub const fn plan(&self) -> &Plan<N> {
+        &self.plan
+    }
+
+    fn step(&mut self) -> Verdict {
+        self.input.i = self.input.i.wrapping_add(1);
+        let x = &self.input;
         let step = match &mut self.running {
-            Running::None => return Outcome::Idle,
-            Running::Hold(b) => one_step(b, &x),
-            Running::Motors(b) => one_step(b, &x),
-            Running::Joints(b) => one_step(b, &x),
-            Running::Pose(b) => one_step(b, &x),
-            Running::Line(b) => one_step_in(b, &mut self.tool_path, &x),
-            Running::Follow(b) => one_step(b, &x),
-            Running::Path(b) => one_step_in(b, &mut self.tool_path, &x),
+            Running::None => return Verdict::Goes,
+            Running::Hold(b) => one_step(b, x),
+            Running::Motors(b) => one_step(b, x),
+            Running::Joints(b) => one_step(b, x),
+            Running::Pose(b) => one_step(b, x),
+            Running::Line(b) => one_step_in(b, &mut self.tool_path, x),
+            Running::Follow(b) => one_step(b, x),
+            Running::Path(b) => one_step_in(b, &mut self.tool_path, x),
             Running::Wait {
                 wait,
                 macrosteps_left,
             } => {
-                let step = wait.step(&x);
+                let step = wait.step(x);
                 match macrosteps_left {
                     Some(0) if step != Step::Done => {
-                        return self.fail(Refusal::Late);
+                        return Verdict::Failed(Refusal::Late);
                     }
                     Some(left) => *left = left.saturating_sub(1),
                     None => {}
@@ -459,42 +439,20 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             }
             Running::Program => {
                 // f_E comes first and wins over f_T ([Z1] (4), (5))
-                if self.programs.error(&x) {
-                    self.abort();
-                    return Outcome::Error;
+                if self.programs.error(x) {
+                    return Verdict::Error;
                 }
-                self.programs.step(&x)
+                self.programs.step(x)
             }
         };
-        self.progress = Progress::Running;
         match step {
-            Step::Demand(Demand::Refuse(refusal)) => self.fail(refusal),
-            Step::Demand(demand) => Outcome::Demand(demand),
-            Step::Hold => Outcome::Demand(Demand::Stay),
-            Step::Done => {
-                self.running = Running::None;
-                Outcome::Ended
-            }
+            Step::Demand(demand) => match self.plan.add(&self.robot, &demand) {
+                Ok(()) => Verdict::Goes,
+                Err(refusal) => Verdict::Failed(refusal),
+            },
+            Step::Hold => Verdict::Goes,
+            Step::Done => Verdict::Ended,
         }
-    }
-
-    /// Do knots of tight coordination wait to be taken?
-    pub fn more(&self) -> bool {
-        !self.inbox.is_empty()
-    }
-
-    /// The arm has come to rest after the instruction ended: it is complete.
-    pub fn complete(&mut self) {
-        if self.progress == Progress::Running || self.progress == Progress::Pending {
-            self.progress = Progress::Done;
-        }
-    }
-
-    /// The EDP refused what the instruction demands.
-    pub fn fail(&mut self, refusal: Refusal) -> Outcome<N> {
-        self.abort();
-        self.progress = Progress::Failed(refusal);
-        Outcome::Failed(refusal)
     }
 
     fn macrosteps(&self, ms: u32) -> u32 {

@@ -21,7 +21,7 @@ mod synchronise;
 
 pub use setup::EdpSetup;
 
-use crate::ecp::EffectorImage;
+use crate::ecp::EffectorAtMotors;
 use crate::io::Port;
 use axis::{Axis, Reference};
 use computed::ComputedTorque;
@@ -232,16 +232,12 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// The image for the ECP.
-    pub fn image(&self) -> EffectorImage<N> {
-        let motors = Motors(self.axes.each_ref().map(Axis::actual_rad));
-        let homed = self.homed();
-        let joints = |m: &Motors<N>| homed.then(|| self.robot.joints(m).ok()).flatten();
-        EffectorImage {
-            motors,
-            joints: joints(&motors),
+    pub fn image(&self) -> EffectorAtMotors<N> {
+        EffectorAtMotors {
+            motors: Motors(self.axes.each_ref().map(Axis::actual_rad)),
             demanded_motors: self.queue_end,
-            demanded_joints: joints(&self.queue_end),
             following_error: self.axes.each_ref().map(Axis::following_error_rad),
+            homed: self.homed(),
         }
     }
 

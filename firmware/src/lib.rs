@@ -42,5 +42,6 @@ pub mod vsp;
 
 pub use config::{ConfigError, DriveAddress, NodeConfig};
 pub use io::{Port, Received};
-pub use node::{Node, NodeSetup};
+pub use ecp::Ecp;
+pub use node::{Foreground, Node, NodeSetup};
 pub use process::{NodeProcess, Station};

@@ -28,6 +28,10 @@ pub trait NodeProcess: core::fmt::Debug {
     fn restarts(&self) -> bool {
         false
     }
+    /// Would the next servo step find the ECP still at work? Where time can wait, in lock step, it does.
+    fn wants_time(&mut self) -> bool {
+        false
+    }
 }
 
 impl<R, const N: usize, P, const W: usize> NodeProcess for Node<R, N, P, W>

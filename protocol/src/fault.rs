@@ -112,6 +112,8 @@ causes! {
     ErrorCondition = 13, Fatal, PathStop;
     /// an emergency stop was commanded
     EmergencyStop = 14, Fatal, QuickStop;
+    /// the plan of a macrostep was not ready in time
+    PlanLate = 15, Fatal, PathStop;
     /// a set-point broke the position limit
     PositionLimit = 20, Fatal, QuickStop;
     /// a set-point broke the velocity limit

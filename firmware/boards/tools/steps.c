@@ -1,6 +1,7 @@
 /* A plugin of the emulator QEMU that counts the instructions of every step of a node: those executed
  * between the functions mrroc_step_begins and mrroc_step_ends, by their addresses. One number a line.
- * Without an end, those from the entry of a function to its return.
+ * Without an end, those from the entry of a function to its return. What is executed between a pause and a resume,
+ * of an interrupt, is not counted.
  *
  *   cc -O2 -fPIC -shared -o steps.so steps.c
  *   qemu-system-arm … -plugin steps.so,begin=0x1234,end=0x5678,out=counts
@@ -37,7 +38,7 @@ struct block {
     uint64_t instructions;
 };
 
-static uint64_t begin_address, end_address, begun_at, total;
+static uint64_t begin_address, end_address, pause_address, resume_address, begun_at, paused_at, total;
 static uint64_t behind_last_block, returns_to;
 static int inside;
 static FILE *out;
@@ -50,7 +51,11 @@ static void on_block(unsigned int cpu, void *data)
         fprintf(out, "%" PRIu64 "\n", total - begun_at);
         inside = 0;
     }
+    if (pause_address && block->address == pause_address)
+        paused_at = total;
     total += block->instructions;
+    if (resume_address && block->address == resume_address)
+        begun_at += total - paused_at;
     if (block->address == begin_address && !inside) {
         /* of a function, its own first block counts; a mark is none of what it marks */
         begun_at = end_address ? total : total - block->instructions;
@@ -90,6 +95,10 @@ __attribute__((visibility("default"))) int qemu_plugin_install(plugin_id id, con
             begin_address = strtoull(argv[i] + 6, NULL, 0);
         else if (!strncmp(argv[i], "end=", 4))
             end_address = strtoull(argv[i] + 4, NULL, 0);
+        else if (!strncmp(argv[i], "pause=", 6))
+            pause_address = strtoull(argv[i] + 6, NULL, 0);
+        else if (!strncmp(argv[i], "resume=", 7))
+            resume_address = strtoull(argv[i] + 7, NULL, 0);
         else if (!strncmp(argv[i], "out=", 4))
             out = fopen(argv[i] + 4, "w");
         else

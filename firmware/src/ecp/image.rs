@@ -1,7 +1,6 @@
 //! What the ECP perceives and what it demands.
 
 use crate::capacity::PATH_ELEMENTS_PER_MACROSTEP;
-use protocol::clock::Clock;
 use protocol::fault::Refusal;
 use protocol::message::{Coordination, PathElement};
 use protocol::time::Micros;
@@ -36,6 +35,19 @@ pub struct EffectorImage<const N: usize> {
     pub following_error: [f64; N],
 }
 
+/// What of `e_j` the servo step hands over: the joints follow from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectorAtMotors<const N: usize> {
+    /// Measured motor angles, rad.
+    pub motors: Motors<N>,
+    /// Where the set-points stand at the end of the queue: motor angles, rad.
+    pub demanded_motors: Motors<N>,
+    /// Demand minus actual of the last step, rad of the motor shaft.
+    pub following_error: [f64; N],
+    /// Are all axes homed? Else there are no joints.
+    pub homed: bool,
+}
+
 /// `v_j`: the bundle of virtual sensor readings on the node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors<const N: usize> {
@@ -57,7 +69,7 @@ pub enum Demand<const N: usize> {
     JointsTwice([JointMotion<N>; 2]),
     /// A motion state of the motor shafts at an instant of the coordinator's choice.
     At {
-        /// Bus time; local time after [`Demand::in_local_time`].
+        /// Bus time.
         at: Micros,
         /// The state.
         motion: MotorMotion<N>,
@@ -66,7 +78,7 @@ pub enum Demand<const N: usize> {
     },
     /// The same for the joints.
     JointsAt {
-        /// Bus time; local time after [`Demand::in_local_time`].
+        /// Bus time.
         at: Micros,
         /// The state.
         motion: JointMotion<N>,
@@ -75,36 +87,4 @@ pub enum Demand<const N: usize> {
     },
     /// The generator cannot go on: the instruction ends with this refusal and nothing moves.
     Refuse(Refusal),
-}
-
-impl<const N: usize> Demand<N> {
-    /// The coordinator speaks of bus time, the EDP of the node's own.
-    #[must_use]
-    pub fn in_local_time(self, clock: &Clock) -> Self {
-        match self {
-            Self::At {
-                at,
-                motion,
-                has_acceleration,
-            } => Self::At {
-                at: clock.to_local(at),
-                motion,
-                has_acceleration,
-            },
-            Self::JointsAt {
-                at,
-                motion,
-                has_acceleration,
-            } => Self::JointsAt {
-                at: clock.to_local(at),
-                motion,
-                has_acceleration,
-            },
-            Self::Stay
-            | Self::Motors(_)
-            | Self::Joints(_)
-            | Self::JointsTwice(_)
-            | Self::Refuse(_) => self,
-        }
-    }
 }

@@ -5,7 +5,7 @@
 //! differences, q', q'', q'''), and the [`Feed`] moves s on as far as the samples allow. What lies ahead and
 //! cannot be done is a wall: the tool comes to rest before it, and then the instruction is refused.
 
-use crate::capacity::{PATH_AVERAGED, PATH_SAMPLES_PER_MACROSTEP};
+use crate::capacity::{PATH_AVERAGED, path_per_macrostep};
 use crate::ecp::path_feed::{Feeds, chord};
 use crate::ecp::tool_motion::{ToolMotion, bend};
 use crate::ecp::{Demand, pose};
@@ -285,7 +285,8 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
     fn look_ahead<R: Robot<N>>(&mut self, motion: &ToolMotion<R, N>) {
-        for _ in 0..PATH_SAMPLES_PER_MACROSTEP {
+        let (_, samples) = path_per_macrostep(W);
+        for _ in 0..samples {
             // an end of a piece takes two places
             if self.wall.is_some() || self.feed.room() < 2 {
                 return;

@@ -1,78 +1,28 @@
-//! From the ECP's demands to knots of the set-point queue, and to rest.
+//! From the ECP's plan to knots of the set-point queue, and to rest.
 
 use super::Edp;
-use crate::ecp::{Demand, refusal};
+use crate::ecp::MotorKnot;
+use crate::ecp::plan::When;
 use motion::interpolator::PushError;
 use motion::{Angle, Knot};
+use protocol::clock::Clock;
 use protocol::fault::{Quantity, Refusal};
 use protocol::message::NodeState;
 use protocol::time::Micros;
-use robots::{MotorMotion, Motors, Robot};
-
-/// When a knot is to be reached.
-#[derive(Clone, Copy)]
-enum When {
-    /// At this instant.
-    At(Micros),
-    /// So long after the one before it.
-    After(Micros),
-}
-
-impl When {
-    fn after(self, before: Micros) -> Micros {
-        match self {
-            Self::At(at) => at,
-            Self::After(span) => before + span,
-        }
-    }
-}
+use robots::{Motors, Robot};
 
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
-    /// The demand of one macrostep becomes a knot of the set-point queue, or two.
+    /// A knot of the ECP's plan comes into the set-point queue; `clock` tells local time from the bus'.
     ///
     /// # Errors
-    /// Why a knot was refused; it, and what was to follow it, is not in the queue then.
+    /// Why it was refused; it is not in the queue then.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn demand(&mut self, now: Micros, demand: &Demand<N>) -> Result<(), Refusal> {
-        let macrostep = self.setup.macrostep;
-        match demand {
-            Demand::Stay => Ok(()),
-            Demand::Refuse(refusal) => Err(*refusal),
-            Demand::Motors(motion) => self.knot(now, motion, When::After(macrostep), true),
-            Demand::At {
-                at,
-                motion,
-                has_acceleration,
-            } => self.knot(now, motion, When::At(*at), *has_acceleration),
-            Demand::Joints(motion) => {
-                let motion = self.motor_motion(motion)?;
-                self.knot(now, &motion, When::After(macrostep), true)
-            }
-            Demand::JointsTwice([middle, end]) => {
-                let (middle, end) = (self.motor_motion(middle)?, self.motor_motion(end)?);
-                let half = Micros(macrostep.0 / 2);
-                self.knot(now, &middle, When::After(half), true)?;
-                let rest = Micros(macrostep.0 - half.0);
-                self.knot(now, &end, When::After(rest), true)
-            }
-            Demand::JointsAt {
-                at,
-                motion,
-                has_acceleration,
-            } => {
-                let motion = self.motor_motion(motion)?;
-                self.knot(now, &motion, When::At(*at), *has_acceleration)
-            }
-        }
-    }
-
-    fn knot(
+    pub fn queue(
         &mut self,
         now: Micros,
-        motion: &MotorMotion<N>,
-        when: When,
-        has_acceleration: bool,
+        knot: &MotorKnot<N>,
+        clock: &Clock,
     ) -> Result<(), Refusal> {
         let macrostep = self.setup.macrostep;
         let Some(interpolator) = self.interpolator.get_mut() else {
@@ -80,32 +30,42 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 state: self.mode.into(),
             });
         };
-        let at = if interpolator.is_idle() {
+        let before = if interpolator.is_idle() {
             // one macrostep of lead, so that the queue never runs dry between two of them
-            let start = match when {
-                When::At(at) if at.since(now) > macrostep => {
-                    Micros(at.0.saturating_sub(macrostep.0))
+            let start = match knot.when {
+                When::At(at) => {
+                    let at = clock.to_local(at);
+                    if at.since(now) > macrostep {
+                        Micros(at.0.saturating_sub(macrostep.0))
+                    } else {
+                        now
+                    }
                 }
-                When::At(_) => now,
-                When::After(_) => now + macrostep,
+                When::Half | When::Rest | When::Whole => now + macrostep,
             };
             interpolator
                 .start(start.0)
                 .map_err(|_| Refusal::WrongState {
                     state: self.mode.into(),
                 })?;
-            when.after(start)
+            start
         } else {
-            when.after(self.last_knot_at)
+            self.last_knot_at
         };
-        let knot = Knot {
+        let at = knot.when.after(before, macrostep, clock);
+        let MotorKnot {
+            motion,
+            has_acceleration,
+            ..
+        } = knot;
+        let next = Knot {
             at_us: at.0,
             position: motion.position.0,
             velocity: motion.velocity,
             acceleration: has_acceleration.then_some(motion.acceleration),
         };
         let accepted = interpolator
-            .push(knot, now.0)
+            .push(next, now.0)
             .map_err(|e| from_push(&e, self.mode.into()))?;
         if !has_acceleration {
             for step in accepted.acceleration_step {
@@ -117,18 +77,6 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         self.last_knot_at = at;
         self.queue_end = motion.position;
         Ok(())
-    }
-
-    pub(super) fn motor_motion(
-        &self,
-        motion: &robots::JointMotion<N>,
-    ) -> Result<MotorMotion<N>, Refusal> {
-        self.robot
-            .check_joints(&motion.position)
-            .map_err(|e| refusal::from_kinematics(&e))?;
-        self.robot
-            .motor_motion(motion)
-            .map_err(|e| refusal::from_kinematics(&e))
     }
 
     /// The instruction has ended, perhaps in the middle of a motion: come to rest on the path.

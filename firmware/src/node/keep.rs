@@ -1,7 +1,6 @@
 //! What the keeper of a node needs of it: signals, and the request that waits.
 
-use super::{Node, mp};
-use crate::ecp::Programs;
+use super::foreground::{Foreground, mp};
 use crate::io::Port;
 use crate::maintenance::Asked;
 use crate::maintenance::black_box::Signals;
@@ -12,7 +11,7 @@ use protocol::transfer::TransferId;
 use protocol::units::{PerAxis, UNITS_PER_INCREMENT};
 use robots::Robot;
 
-impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R, N, P, W> {
+impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
     /// Servo steps since the start.
     pub const fn servo_step(&self) -> u32 {
         self.edp.servo_step()
@@ -36,7 +35,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R,
             step: self.edp.servo_step(),
             state: self.state(),
             fault: self.edp.mode().fault(),
-            instruction: self.ecp.progress().0,
+            instruction: self.agenda.progress().0,
             axes,
         }
     }

@@ -1,7 +1,6 @@
 //! Telemetry of a node: what has happened, and how things stand.
 
-use super::{Node, mp};
-use crate::ecp::Programs;
+use super::foreground::{Foreground, mp};
 use crate::io::Port;
 use protocol::cyphal::Heartbeat;
 use protocol::frame::Frame;
@@ -13,7 +12,7 @@ use robots::Robot;
 /// Feedback to the MP every so many servo steps: 10 ms at 2 ms.
 pub const FEEDBACK_STEPS: u32 = 5;
 
-impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R, N, P, W> {
+impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
     /// What is due in this servo step.
     pub(super) fn report(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.collect_events();
@@ -63,7 +62,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Node<R,
     }
 
     fn feedback(&mut self, now: Micros) -> Feedback {
-        let (instruction, progress) = self.ecp.progress();
+        let (instruction, progress) = self.agenda.progress();
         let mut feedback = Feedback {
             step: self.edp.servo_step(),
             sampled_at: self.clock.to_bus(self.sampled_at),

@@ -53,6 +53,9 @@ struct Args {
     /// The task in real time by the mailbox, and nothing else: not proven to come to its end
     #[arg(long)]
     real_time: bool,
+    /// What the work of the ECP costs, and nothing else
+    #[arg(long)]
+    only_work: bool,
     /// Print the log of the image
     #[arg(long)]
     log: bool,
@@ -84,6 +87,11 @@ fn run(args: &Args) -> Result<(), String> {
     }
     let made_of = Image::read(&setup.image)?;
     made_of.examine()?;
+    if args.only_work {
+        let figures = cost::plans(KIND, &setup.image, &args.plugin)?;
+        figures.iter().for_each(|figure| println!("{figure:?}"));
+        return Ok(());
+    }
     compare_traces(&setup, args.traces)?;
     let life = closed_loop(&setup, args)?;
     let mut figures = vec![
@@ -99,21 +107,35 @@ fn run(args: &Args) -> Result<(), String> {
             println!("image: {line}");
         }
     }
-    let stack = lines.iter().rev().find_map(|line| stack_used(line));
-    let stack = stack.ok_or("the image did not say how much stack it used")?;
-    figures.push(Figure::new("stack_used_bytes", stack, 10).at_most(STACK));
+    let stacks = lines.iter().rev().find_map(|line| stacks_used(line));
+    let (servo, rest) = stacks.ok_or("the image did not say how much stack it used")?;
+    figures.push(Figure::new("stack_used_bytes", servo, 10).at_most(STACK));
+    figures.push(Figure::new("stack_used_below_bytes", rest, 10));
+    let stood = lines.iter().rev().find_map(|line| stood_still(line));
+    let stood = stood.ok_or("the image did not say how long its time stood still")?;
+    figures.push(Figure::new("ticks_stood_still", stood, 10).at_most(0));
     for law in LAWS {
         let (of_law, _) = cost::measure(KIND, law, &setup.image, &args.plugin)?;
         figures.extend(of_law);
     }
+    figures.extend(cost::plans(KIND, &setup.image, &args.plugin)?);
     figures.extend(cost::interpolation(KIND, &setup.image, &args.plugin)?);
     golden::judge(&figures, &made_of.compiler, &args.golden, args.bless)
 }
 
-/// `stack: 123 of 456 bytes used`
-fn stack_used(line: &str) -> Option<u64> {
-    let (used, _) = line.strip_prefix("stack: ")?.split_once(' ')?;
-    used.parse().ok()
+/// `stacks: 123 bytes for servo steps, 456 for the rest`
+fn stacks_used(line: &str) -> Option<(u64, u64)> {
+    let (servo, rest) = line
+        .strip_prefix("stacks: ")?
+        .split_once(" bytes for servo steps, ")?;
+    let rest = rest.strip_suffix(" for the rest")?;
+    Some((servo.parse().ok()?, rest.parse().ok()?))
+}
+
+/// `time stood still for 123 ticks`
+fn stood_still(line: &str) -> Option<u64> {
+    let ticks = line.strip_prefix("time stood still for ")?;
+    ticks.strip_suffix(" ticks")?.parse().ok()
 }
 
 /// Lives of the node in this process, replayed into the image.

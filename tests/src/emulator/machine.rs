@@ -25,8 +25,7 @@ const FROM_IMAGE: &str = "from-image";
 pub struct Setup {
     /// The image.
     pub image: PathBuf,
-    /// Plugin that counts instructions, with its arguments; virtual time is then not counted in
-    /// instructions.
+    /// Plugin that counts instructions, with its arguments.
     pub plugin: Option<String>,
 }
 

@@ -2,13 +2,13 @@
 //! with pins has this in its own source; an emulated one is told by its host.
 
 use crate::bytes::{Reader, Writer};
+use crate::tandem::{Halves, Tandem};
 use core::marker::PhantomData;
 use firmware::capacity::PATH_SAMPLES_SMALL;
 use firmware::ecp::{NoPrograms, Programs};
 use firmware::process::drive_buses;
-use firmware::{ConfigError, Node, NodeProcess, NodeSetup, Port, Received, Station};
-use protocol::frame::Frame;
-use protocol::message::{Identity, NodeState, ServoLaw};
+use firmware::{ConfigError, Node, NodeSetup, Station};
+use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::{MAX_AXES, PerAxis};
@@ -62,10 +62,7 @@ pub trait Home {
     ///
     /// # Errors
     /// [`BootError::Occupied`]
-    fn keep<T: NodeProcess + Send + 'static>(
-        self,
-        make: impl FnOnce() -> T,
-    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError>;
+    fn keep<T: Send + 'static>(self, make: impl FnOnce() -> T) -> Result<&'static mut T, BootError>;
 }
 
 /// Does this image know the robot? Its features say so.
@@ -131,10 +128,7 @@ impl Boot {
     ///
     /// # Errors
     /// [`BootError`]
-    pub fn node(
-        &self,
-        home: impl Home,
-    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+    pub fn node(&self, home: impl Home) -> Result<Halves, BootError> {
         self.node_with::<NothingLinked>(home)
     }
 
@@ -142,10 +136,7 @@ impl Boot {
     ///
     /// # Errors
     /// [`BootError`]
-    pub fn node_with<L: Linked>(
-        &self,
-        home: impl Home,
-    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+    pub fn node_with<L: Linked>(&self, home: impl Home) -> Result<Halves, BootError> {
         // after this the compiler knows which of the robots are left, and drops the others
         if known(self.kind) {
             let linked = PhantomData::<L>;
@@ -265,7 +256,7 @@ struct Make<'a, H, L> {
 }
 
 impl<H: Home, L: Linked> RobotVisitor for Make<'_, H, L> {
-    type Output = Result<&'static mut (dyn NodeProcess + Send), BootError>;
+    type Output = Result<Halves, BootError>;
 
     fn visit<R, const N: usize>(self, robot: R) -> Self::Output
     where
@@ -281,32 +272,9 @@ impl<H: Home, L: Linked> RobotVisitor for Make<'_, H, L> {
         let config = station.config(buses).map_err(BootError::Config)?;
         let setup = NodeSetup::new(robot, config).map_err(BootError::Config)?;
         // all that can fail is done: the node is made where it stays
-        self.home
-            .keep(|| Quiet(BoardNode::of(*now, setup, L::programs())))
-    }
-}
-
-/// A node that does not tell what is inside it: the code that would is half as large as the node's.
-struct Quiet<T>(T);
-
-impl<T> core::fmt::Debug for Quiet<T> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("node")
-    }
-}
-
-impl<T: NodeProcess> NodeProcess for Quiet<T> {
-    fn step(&mut self, now: Micros, rx: &[Received], tx: &mut dyn FnMut(Port, Frame)) {
-        self.0.step(now, rx, tx);
-    }
-    fn next_wake(&self) -> Micros {
-        self.0.next_wake()
-    }
-    fn state(&self) -> NodeState {
-        self.0.state()
-    }
-    fn identity(&self) -> Identity {
-        self.0.identity()
+        let home = self.home;
+        let tandem = home.keep(Tandem::<R, N, _, PATH_SAMPLES_SMALL>::new)?;
+        Ok(tandem.begin(*now, setup, L::programs()))
     }
 }
 
@@ -319,10 +287,10 @@ mod test {
     struct Leaked;
 
     impl Home for Leaked {
-        fn keep<T: NodeProcess + Send + 'static>(
+        fn keep<T: Send + 'static>(
             self,
             make: impl FnOnce() -> T,
-        ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+        ) -> Result<&'static mut T, BootError> {
             Ok(Box::leak(Box::new(make())))
         }
     }
@@ -373,7 +341,7 @@ mod test {
     fn every_robot_gets_its_node() {
         for kind in RobotKind::ALL {
             let mut boot = boot(kind);
-            let node = boot.node(Leaked).unwrap();
+            let node = boot.node(Leaked).unwrap().node;
             assert_eq!(node.identity().robot, kind.name());
             assert_eq!(node.next_wake(), boot.now);
             let _ = boot.buses.pop();
@@ -390,7 +358,7 @@ mod test {
     fn a_board_that_nobody_has_configured_gets_a_node() {
         let boot = Boot::unconfigured(Micros(5)).unwrap();
         assert!(known(boot.kind));
-        let node = boot.node(Leaked).unwrap();
+        let node = boot.node(Leaked).unwrap().node;
         assert_eq!(node.identity().robot, boot.kind.name());
         let mut buffer = [0; Boot::BYTES];
         assert!(boot.write(&mut buffer).is_some());

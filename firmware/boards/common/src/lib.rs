@@ -4,6 +4,7 @@
 //! | module | one line |
 //! |---|---|
 //! | [`boot`] | what an image is told when it starts, and the node made of it |
+//! | [`tandem`] | the two halves of a node: servo steps, and the work of the ECP below them |
 //! | [`frames`] | a CAN frame with its port and time as bytes |
 //! | [`channel`] | the lock-step channel: one message in, one message out, a step of the node between |
 //! | [`mailbox`] | the real-time mailbox: two rings of frames in shared memory |
@@ -61,6 +62,7 @@ pub mod port;
 pub mod reset;
 pub mod rim;
 pub mod store;
+pub mod tandem;
 pub mod tick;
 pub mod time_base;
 pub mod torque;

@@ -6,8 +6,8 @@
 //! | [`log`] | defmt frames in a ring, taken out by whoever has time |
 //! | [`report`] | what a board says of itself |
 //! | [`rtt`] | the log's way out through a debugger |
-//! | [`stack`] | how much of the painted stack was used |
-//! | [`marks`] | where a step begins and ends, for a counter of instructions |
+//! | [`stack`] | how much of the painted stack was used; a stack of its own for interrupts |
+//! | [`marks`] | where a step and the ECP's work begin and end, for a counter of instructions |
 //! | [`window`] | registers as numbered words |
 //! | [`kept`] | what is remembered over resets |
 //!

@@ -4,7 +4,6 @@ use board::boot::{BootError, Home};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
-use firmware::NodeProcess;
 
 unsafe extern "C" {
     /// Nobody defines it. What is left out of an image is asked for its size too, but never calls this.
@@ -34,10 +33,10 @@ impl<const BYTES: usize> Place<BYTES> {
 }
 
 impl<const BYTES: usize> Home for &'static Place<BYTES> {
-    fn keep<T: NodeProcess + Send + 'static>(
+    fn keep<T: Send + 'static>(
         self,
         make: impl FnOnce() -> T,
-    ) -> Result<&'static mut (dyn NodeProcess + Send), BootError> {
+    ) -> Result<&'static mut T, BootError> {
         if size_of::<T>() > BYTES || align_of::<T>() > 8 {
             // SAFETY: no image that calls it can be linked, so it is never called
             unsafe { mrroc_the_node_does_not_fit_into_its_place() }

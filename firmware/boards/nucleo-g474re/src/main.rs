@@ -3,7 +3,8 @@
 //! ```text
 //!  4  tick   500 µs: emergency stop, brake, safe torque off, light, watchdog. Above everything, and short
 //!  3  can_…  takes what has come: a receive queue has room for 3 frames, 330 µs, so it cannot wait for a step
-//!  2  step   the node, whenever it is due
+//!  2  step   the servo steps of the node, whenever one is due
+//!  1  work   what they order of the ECP; it has up to 16 ms
 //!  0  idle   the log
 //! ```
 //! What is no register is in `board`; `README.md` has the pins and what the light says.
@@ -21,6 +22,7 @@ mod app {
     use board::config;
     use board::guard::Category;
     use board::rim::{Call, Rim};
+    use board::tandem::{Background, Halves};
     use board::tick::Tick;
     use board::time_base::{Beat, stamped};
     use board::torque::Delays;
@@ -61,6 +63,8 @@ mod app {
         tokens: [1000, 3000, 4000],
         opens: 1500,
     };
+    /// For so long idle may have to wait for the work of the ECP; a node whose ECP takes longer has stopped already.
+    const LONGEST_WORK: Micros = Micros::from_millis(40);
     static PLACE: Place<NODE_BYTES> = Place::new();
 
     #[shared]
@@ -74,6 +78,8 @@ mod app {
         /// From the step to the tick, and back.
         state: Option<NodeState>,
         call: Option<Call>,
+        /// Since when the ECP is at work.
+        at_work: Option<Micros>,
     }
 
     #[local]
@@ -81,6 +87,7 @@ mod app {
         tick: Tick<Pin, Pin>,
         watchdog: Watchdog,
         rim: Option<Rim<'static>>,
+        background: Option<&'static mut dyn Background>,
         received: heapless::Vec<Received, RECEIVED>,
     }
 
@@ -118,7 +125,12 @@ mod app {
             let effector = boot.station.effector;
             boot.node_with::<Linked>(&PLACE).ok().zip(Some(effector))
         });
-        let rim = made.map(|(node, effector)| Rim::new(node, effector, mtu, rates));
+        let (rim, background) = match made {
+            Some((Halves { node, background }, effector)) => {
+                (Some(Rim::new(node, effector, mtu, rates)), Some(background))
+            }
+            None => (None, None),
+        };
         let period = rim
             .as_ref()
             .map_or(0, |r| r.node().identity().servo_step_us);
@@ -131,11 +143,13 @@ mod app {
             beat: Beat::new(Micros(u64::from(period))),
             state: None,
             call: None,
+            at_work: None,
         };
         let local = Local {
             tick: Tick::new(now, panel, CATEGORY, DELAYS, begun.now),
             watchdog: Watchdog::start(p.IWDG, &p.DBGMCU),
             rim,
+            background,
             received: heapless::Vec::new(),
         };
         (shared, local)
@@ -191,7 +205,7 @@ mod app {
 
     /// Of an interrupt that this board does not use otherwise.
     #[task(binds = I2C4_EV, priority = 2, local = [rim, received],
-        shared = [clock, alive, inbox, buses, beat, state, call])]
+        shared = [clock, alive, inbox, buses, beat, state, call, at_work])]
     fn step(cx: step::Context) {
         let (mut s, received) = (cx.shared, cx.local.received);
         let now = s.clock.lock(Clock::now);
@@ -218,7 +232,29 @@ mod app {
         if let Some(sent) = s.buses.lock(|[_, drives, _]| drives.sent()) {
             s.beat.lock(|beat| beat.heard(stamped(now, sent.stamp)));
         }
-        s.alive.lock(|alive| alive.tell(now, Token::Step));
+        let at_work = s.at_work.lock(|since| *since);
+        s.alive.lock(|alive| {
+            alive.tell(now, Token::Step);
+            // idle cannot say so itself
+            if at_work.is_some_and(|since| now.since(since) < LONGEST_WORK) {
+                alive.tell(now, Token::Idle);
+            }
+        });
+        rtic::pend(Interrupt::I2C4_ER);
+    }
+
+    /// Of another one.
+    #[task(binds = I2C4_ER, priority = 1, local = [background], shared = [clock, at_work])]
+    fn work(cx: work::Context) {
+        let mut s = cx.shared;
+        if let Some(background) = cx.local.background
+            && background.take_order()
+        {
+            let now = s.clock.lock(Clock::now);
+            s.at_work.lock(|since| *since = Some(now));
+            background.work();
+            s.at_work.lock(|since| *since = None);
+        }
     }
 
     #[idle(shared = [clock, alive, inbox, buses, beat])]

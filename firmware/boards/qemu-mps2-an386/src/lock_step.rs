@@ -4,6 +4,7 @@
 use crate::semihosting::File;
 use board::boot::{Boot, Home};
 use board::channel::{self, Answering, LENGTH, LONGEST, MAX_FRAMES, Request, Stepped};
+use board::tandem::Halves;
 use board_cortex_m::marks::{mrroc_step_begins, mrroc_step_ends};
 use core::ffi::CStr;
 use cortex_m_semihosting::nr;
@@ -58,16 +59,13 @@ impl Channel {
     }
 
     /// The host says which node this is.
-    pub fn boot(
-        &mut self,
-        home: impl Home,
-    ) -> Option<(&'static mut (dyn NodeProcess + Send), Boot)> {
+    pub fn boot(&mut self, home: impl Home) -> Option<(Halves, Boot)> {
         let Some(Request::Boot(boot)) = self.receive() else {
             return None;
         };
         let made = boot.node_with::<programs::Linked>(home);
         let len = match &made {
-            Ok(node) => {
+            Ok(Halves { node, .. }) => {
                 channel::answer_booted(&Stepped::of(&**node, 0), &node.identity(), self.buffer)
             }
             Err(_) => channel::answer_none(self.buffer),

@@ -1,7 +1,7 @@
 //! The controller node on an emulated Cortex-M4F: QEMU's machine `mps2-an386`.
 //!
-//! The timer's interrupt, at the highest priority, is the servo tick: it makes every step of the node
-//! that is due. What is left of the time is for the log. What the hardware of a real board does, CAN
+//! The timer's interrupt, at the highest priority and on a stack of its own, is the servo tick: it makes every step
+//! of the node that is due. What is left of the time is for the work of the ECP, and then for the log. What the hardware of a real board does, CAN
 //! controllers above all, this machine has not: frames come and go by [`lock_step`] or [`real_time`].
 //! `firmware/boards/README.md` tells how it is run.
 #![no_std]
@@ -13,6 +13,10 @@ mod real_time;
 mod semihosting;
 
 use board::channel::{LONGEST, MAX_FRAMES};
+use board::tandem::{Background, Halves};
+use board_cortex_m::marks::{
+    mrroc_tick_begins, mrroc_tick_ends, mrroc_work_begins, mrroc_work_ends,
+};
 use board_cortex_m::place::Place;
 use board_cortex_m::{log, stack};
 use core::cell::Cell;
@@ -34,7 +38,7 @@ const TICK_US: u64 = 500;
 /// The same in clock cycles.
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
 /// Memory of the node: with six axes 53.4 kB, of 64 KiB; the 9.7 kB of rim are messages and the log.
-const NODE_BYTES: usize = if SEVEN_AXES { 64 * 1024 } else { 54 * 1024 };
+const NODE_BYTES: usize = if SEVEN_AXES { 64 * 1024 } else { 58 * 1024 };
 /// Those that have seven.
 const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "polycrank"));
 
@@ -53,10 +57,14 @@ struct Servo {
     /// When the image started, by the clock of the cell.
     origin: Micros,
     state: NodeState,
+    /// Ticks for which the cell's time stood still, since the ECP was at work for too long.
+    stood: u32,
 }
 
 /// From the start to the tick.
 static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
+/// From the start to the rest.
+static BACKGROUND: Mutex<Cell<Option<&'static mut dyn Background>>> = Mutex::new(Cell::new(None));
 /// From the tick to the rest: what is to be done when all is over.
 static ENDED: Mutex<Cell<Option<Ended>>> = Mutex::new(Cell::new(None));
 
@@ -64,26 +72,37 @@ static ENDED: Mutex<Cell<Option<Ended>>> = Mutex::new(Cell::new(None));
 fn main() -> ! {
     // a message of the channel: what is handed over to the tick only points to it
     static mut MESSAGE: [u8; LONGEST] = [0; LONGEST];
-    if let Some(servo) = start(MESSAGE) {
-        critical_section::with(|cs| SERVO.borrow(cs).set(Some(servo)));
-        if let Some(peripherals) = cortex_m::Peripherals::take() {
-            stack::repaint();
-            begin_ticks(peripherals.SYST);
-            telemetry();
-        }
+    if let Some((servo, background)) = start(MESSAGE) {
+        critical_section::with(|cs| {
+            SERVO.borrow(cs).set(Some(servo));
+            BACKGROUND.borrow(cs).set(Some(background));
+        });
+        stack::divide(rest);
+    }
+    debug::exit(debug::EXIT_FAILURE);
+    halt()
+}
+
+/// All below the tick.
+extern "C" fn rest() -> ! {
+    let background = critical_section::with(|cs| BACKGROUND.borrow(cs).take());
+    if let (Some(peripherals), Some(background)) = (cortex_m::Peripherals::take(), background) {
+        stack::paint_interrupts();
+        begin_ticks(peripherals.SYST);
+        work(background);
     }
     debug::exit(debug::EXIT_FAILURE);
     halt()
 }
 
 /// In lock step if the host has made the files for it, else in real time.
-fn start(message: &'static mut [u8; LONGEST]) -> Option<Servo> {
-    let (node, rim, origin) = if let Some(mut channel) = Channel::open(message) {
-        let (node, boot) = channel.boot(&PLACE)?;
-        (node, Rim::LockStep(channel), boot.now)
+fn start(message: &'static mut [u8; LONGEST]) -> Option<(Servo, &'static mut dyn Background)> {
+    let (Halves { node, background }, rim, origin) = if let Some(mut channel) = Channel::open(message) {
+        let (halves, boot) = channel.boot(&PLACE)?;
+        (halves, Rim::LockStep(channel), boot.now)
     } else {
-        let (mailbox, node, origin) = Mailbox::boot(&PLACE)?;
-        (node, Rim::RealTime(mailbox), origin)
+        let (mailbox, halves, origin) = Mailbox::boot(&PLACE)?;
+        (halves, Rim::RealTime(mailbox), origin)
     };
     let identity = node.identity();
     defmt::info!(
@@ -91,12 +110,14 @@ fn start(message: &'static mut [u8; LONGEST]) -> Option<Servo> {
         identity.robot.as_str(),
         identity.axes
     );
-    Some(Servo {
+    let servo = Servo {
         state: node.state(),
         node,
         rim,
         origin,
-    })
+        stood: 0,
+    };
+    Some((servo, background))
 }
 
 fn begin_ticks(mut timer: SYST) {
@@ -113,27 +134,44 @@ fn SysTick() {
     static mut TICKS: u64 = 0;
     static mut OWN: Option<Servo> = None;
     static mut RECEIVED: heapless::Vec<Received, MAX_FRAMES> = heapless::Vec::new();
-    let ticks = *TICKS;
-    *TICKS = ticks.wrapping_add(1);
+    mrroc_tick_begins();
     if OWN.is_none() {
         *OWN = critical_section::with(|cs| SERVO.borrow(cs).take());
     }
-    let Some(servo) = OWN else { return };
-    let now = Micros(servo.origin.0.wrapping_add(ticks.wrapping_mul(TICK_US)));
-    match servo.tick(ticks, now, RECEIVED) {
-        Ok(Some(state)) if state != servo.state => {
-            servo.state = state;
-            defmt::info!("at {=u64} us: state {=u8}", now.0, state as u8);
-        }
-        Ok(_) => {}
-        Err(ended) => {
-            *OWN = None;
-            critical_section::with(|cs| ENDED.borrow(cs).set(Some(ended)));
+    let stands = OWN.as_mut().is_some_and(Servo::stands);
+    let ticks = *TICKS;
+    if !stands {
+        *TICKS = ticks.wrapping_add(1);
+    }
+    if let Some(servo) = OWN
+        && !stands
+    {
+        let now = Micros(servo.origin.0.wrapping_add(ticks.wrapping_mul(TICK_US)));
+        match servo.tick(ticks, now, RECEIVED) {
+            Ok(Some(state)) if state != servo.state => {
+                servo.state = state;
+                defmt::info!("at {=u64} us: state {=u8}", now.0, state as u8);
+            }
+            Ok(_) => {}
+            Err(ended) => {
+                defmt::info!("time stood still for {=u32} ticks", servo.stood);
+                *OWN = None;
+                critical_section::with(|cs| ENDED.borrow(cs).set(Some(ended)));
+            }
         }
     }
+    mrroc_tick_ends();
 }
 
 impl Servo {
+    /// In lock step the time of the cell stands still while the ECP is at work for longer than it may: this
+    /// processor has no time of its own that would mean anything. How often is told in the end, and it is a figure.
+    fn stands(&mut self) -> bool {
+        let stands = matches!(self.rim, Rim::LockStep(_)) && self.node.wants_time();
+        self.stood = self.stood.wrapping_add(u32::from(stands));
+        stands
+    }
+
     /// Whatever is due now; the state after it, if anything was.
     fn tick(
         &mut self,
@@ -158,19 +196,24 @@ impl Servo {
     }
 }
 
-/// All that has no deadline.
-fn telemetry() {
+/// The ECP's work, and all that has no deadline.
+fn work(background: &mut dyn Background) {
     let Some(console) = semihosting::File::console() else {
         return;
     };
     // ends when the host does
     loop {
+        if background.take_order() {
+            mrroc_work_begins();
+            background.work();
+            mrroc_work_ends();
+        }
         let ended = critical_section::with(|cs| ENDED.borrow(cs).take());
         if let Some(ended) = ended {
             defmt::info!(
-                "stack: {=u32} of {=u32} bytes used",
-                stack::used(),
-                stack::reserved()
+                "stacks: {=u32} bytes for servo steps, {=u32} for the rest",
+                stack::used_by_interrupts(),
+                stack::used_by_rest()
             );
             drain(console);
             if ended == Ended::Done {

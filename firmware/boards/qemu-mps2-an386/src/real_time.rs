@@ -3,6 +3,7 @@
 use board::boot::Home;
 use board::channel::{MAX_FRAMES, Stepped};
 use board::mailbox::{self, BYTES, FROM_IMAGE, Memory, TO_IMAGE};
+use board::tandem::Halves;
 use board_cortex_m::marks::{mrroc_step_begins, mrroc_step_ends};
 use core::sync::atomic::{Ordering, fence};
 use firmware::{NodeProcess, Received};
@@ -56,7 +57,7 @@ pub struct Mailbox {
 
 impl Mailbox {
     /// The host says which node this is; waits until it does.
-    pub fn boot(home: impl Home) -> Option<(Self, &'static mut (dyn NodeProcess + Send), Micros)> {
+    pub fn boot(home: impl Home) -> Option<(Self, Halves, Micros)> {
         let mut memory = Shared;
         // ended by the host, which ends the emulator if it has nothing to say
         let boot = loop {
