@@ -24,7 +24,7 @@ pub trait NodeProcess: core::fmt::Debug {
     fn state(&self) -> NodeState;
     /// [`Node::identity`]
     fn identity(&self) -> Identity;
-    /// [`Keeper::restarts`](crate::maintenance::Keeper::restarts)
+    /// [`Librarian::restarts`](crate::maintenance::Librarian::restarts)
     fn restarts(&self) -> bool {
         false
     }

@@ -56,6 +56,25 @@ impl<F: NorFlash> Updater<F> {
         })
     }
 
+    /// In an image that has been started from this slot: how it was chosen is what the bootloader wrote down last.
+    pub fn resume(mut slots: Slots<F>, running: Slot) -> Self {
+        let record = slots.last().map(|last| last.record);
+        let standing = match record.filter(|record| record.slot == running) {
+            Some(Record { phase, .. }) => match phase {
+                Phase::Confirmed => Standing::Confirmed,
+                Phase::RolledBack => Standing::RolledBack,
+                Phase::Trial { .. } => Standing::Trial,
+            },
+            None => Standing::Confirmed,
+        };
+        Self {
+            slots,
+            running,
+            standing,
+            transfer: None,
+        }
+    }
+
     /// The flash, to look at.
     pub const fn slots(&mut self) -> &mut Slots<F> {
         &mut self.slots

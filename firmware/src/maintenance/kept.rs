@@ -1,11 +1,12 @@
 //! A node and its keeper as one process: for hosts, where memory is not slow.
 
-use super::black_box::{Memory, Signals};
-use super::{Asked, Keeper};
+use super::black_box::{BlackBox, Memory, Signals};
+use super::{Asked, Librarian, Recorder, Start};
 use crate::ecp::Programs;
 use crate::io::{Port, Received};
 use crate::node::Node;
 use crate::process::NodeProcess;
+use crate::update::Updater;
 use core::fmt::Debug;
 use embedded_storage::nor_flash::NorFlash;
 use protocol::frame::Frame;
@@ -50,6 +51,23 @@ where
     }
 }
 
+/// Recorder and librarian in one: for hosts.
+#[derive(Debug)]
+pub struct Keeper<M, F> {
+    recorder: Recorder<M>,
+    librarian: Librarian<F>,
+}
+
+impl<M: Memory, F: NorFlash> Keeper<M, F> {
+    /// Without an updater the node cannot be updated by the bus.
+    pub fn new(start: Start, black_box: BlackBox<M>, updater: Option<Updater<F>>) -> Self {
+        Self {
+            librarian: Librarian::new(start.target.clone(), updater),
+            recorder: Recorder::new(start, black_box),
+        }
+    }
+}
+
 /// A node that is kept: after every step its signals are recorded, and what was asked is answered.
 #[derive(Debug)]
 pub struct Kept<T, M, F> {
@@ -75,11 +93,18 @@ where
         let before = node.servo_step();
         node.step(now, rx, tx);
         if node.servo_step() != before {
-            keeper.record(&node.signals(), node.identity().servo_step_us);
-            keeper.seal();
+            let recorder = &mut keeper.recorder;
+            recorder.record(&node.signals(), node.identity().servo_step_us);
+            recorder.seal();
         }
         if let Some(asked) = node.take_asked() {
-            let reply = keeper.answer(&asked, &node.identity(), node.servo_step());
+            let Keeper {
+                recorder,
+                librarian,
+            } = keeper;
+            let identity = node.identity();
+            let reply = recorder.answer(&asked, &identity, node.servo_step());
+            let reply = reply.unwrap_or_else(|| librarian.answer(&asked, &identity));
             node.answer(&asked, &reply, tx);
         }
     }
@@ -93,6 +118,6 @@ where
         self.node.identity()
     }
     fn restarts(&self) -> bool {
-        self.keeper.restarts()
+        self.keeper.librarian.restarts()
     }
 }

@@ -4,6 +4,7 @@
 //! | module | one line |
 //! |---|---|
 //! | [`boot`] | what an image is told when it starts, and the node made of it |
+//! | [`upkeep`] | who keeps a node: the recorder in the servo steps, the librarian below them |
 //! | [`tandem`] | the two halves of a node: servo steps, and the work of the ECP below them |
 //! | [`frames`] | a CAN frame with its port and time as bytes |
 //! | [`channel`] | the lock-step channel: one message in, one message out, a step of the node between |
@@ -66,5 +67,6 @@ pub mod tandem;
 pub mod tick;
 pub mod time_base;
 pub mod torque;
+pub mod upkeep;
 #[cfg(test)]
 mod wire;

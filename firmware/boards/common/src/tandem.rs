@@ -7,25 +7,34 @@ use core::cell::Cell;
 use core::mem::MaybeUninit;
 use critical_section::Mutex;
 use firmware::ecp::Programs;
+use firmware::maintenance::black_box::Signals;
+use firmware::maintenance::{Asked, Maintainable};
 use firmware::{Ecp, Foreground, NodeProcess, NodeSetup, Port, Received};
 use protocol::frame::Frame;
+use protocol::maintenance::MaintenanceReply;
 use protocol::message::{Identity, NodeState};
 use protocol::time::Micros;
 use robots::Robot;
 
 /// A place for one thing, between two priorities.
-struct Tray<T>(Mutex<Cell<Option<T>>>);
+pub(crate) struct Tray<T>(Mutex<Cell<Option<T>>>);
+
+impl<T> core::fmt::Debug for Tray<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("tray")
+    }
+}
 
 impl<T> Tray<T> {
-    const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self(Mutex::new(Cell::new(None)))
     }
 
-    fn put(&self, thing: T) {
+    pub(crate) fn put(&self, thing: T) {
         critical_section::with(|cs| self.0.borrow(cs).set(Some(thing)));
     }
 
-    fn take(&self) -> Option<T> {
+    pub(crate) fn take(&self) -> Option<T> {
         critical_section::with(|cs| self.0.borrow(cs).take())
     }
 }
@@ -42,7 +51,7 @@ pub trait Background: Send {
 #[derive(Debug)]
 pub struct Halves {
     /// Servo steps.
-    pub node: &'static mut (dyn NodeProcess + Send),
+    pub node: &'static mut (dyn Maintainable + Send),
     /// The rest.
     pub background: &'static mut dyn Background,
 }
@@ -178,6 +187,33 @@ where
     fn wants_time(&mut self) -> bool {
         self.collect();
         self.ecp.is_none() && self.foreground.takes_next()
+    }
+}
+
+impl<R, const N: usize, P, const W: usize> Maintainable for Fore<R, N, P, W>
+where
+    R: Robot<N> + Copy,
+    P: Programs<N>,
+{
+    fn servo_step(&self) -> u32 {
+        self.foreground.servo_step()
+    }
+
+    fn signals(&self) -> Signals {
+        self.foreground.signals()
+    }
+
+    fn take_asked(&mut self) -> Option<Asked> {
+        self.foreground.take_asked()
+    }
+
+    fn answer(
+        &mut self,
+        asked: &Asked,
+        reply: &MaintenanceReply,
+        mut tx: &mut dyn FnMut(Port, Frame),
+    ) {
+        self.foreground.answer(asked, reply, &mut tx);
     }
 }
 
