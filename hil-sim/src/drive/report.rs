@@ -109,6 +109,6 @@ impl SimDrive {
         bit(self.sensed.negative_limit, input::NEGATIVE_LIMIT)
             | bit(self.sensed.positive_limit, input::POSITIVE_LIMIT)
             | bit(self.sensed.home, input::HOME)
-            | u32::from(self.external) * input::FIRST_FREE
+            | (u32::from(self.external) * input::FIRST_FREE)
     }
 }
