@@ -140,7 +140,7 @@ impl Cell {
         buses: &[u8],
         seed: u64,
     ) -> Result<(), CellError> {
-        let (node, drives) = node(kind, station, buses, self.now())?;
+        let (node, drives) = node(kind, station, buses, self.now(), false)?;
         self.add_node(kind, node, &drives, seed)
     }
 
@@ -156,7 +156,7 @@ impl Cell {
         buses: &[u8],
         seed: u64,
     ) -> Result<(), CellError> {
-        let (node, drives) = build(kind, station, buses, self.now(), true)?;
+        let (node, drives) = node(kind, station, buses, self.now(), true)?;
         self.place(kind, node, &drives, seed, Kind::Fd)
     }
 
@@ -497,20 +497,11 @@ impl Place {
 }
 
 /// The node that every robot of a kind has, begun at `now`, and where it expects its drives; `buses` as for
-/// [`Cell::add`].
+/// [`Cell::add`]. `fast`: as for [`Cell::add_fast`].
 ///
 /// # Errors
 /// [`CellError`]
 pub fn node(
-    kind: RobotKind,
-    station: &Station,
-    buses: &[u8],
-    now: Micros,
-) -> Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError> {
-    build(kind, station, buses, now, false)
-}
-
-fn build(
     kind: RobotKind,
     station: &Station,
     buses: &[u8],

@@ -135,8 +135,6 @@ pub struct SimDrive {
     external: u16,
     offset: servo::Offset,
     limit_nm: f64,
-    /// Is a stop at the voltage limit under way?
-    unlimited: bool,
     period_ns: u64,
     halted: bool,
     cut: bool,
@@ -220,7 +218,6 @@ impl SimDrive {
             external: 0,
             offset: servo::Offset::default(),
             limit_nm: 0.0,
-            unlimited: false,
             period_ns: 2 * parameters::MS,
             halted: false,
             cut: false,

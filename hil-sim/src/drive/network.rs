@@ -130,8 +130,7 @@ impl SimDrive {
                 self.history.clear();
                 self.publish_history();
             }
-            0x1000..=0x1FFF => self.configure(),
-            index::FAST_SLOT => self.configure(),
+            0x1000..=0x1FFF | index::FAST_SLOT => self.configure(),
             index::CONTROLWORD => self.on_controlword(),
             index::TOUCH_PROBE => self.on_probe_function(),
             _ => {

@@ -98,9 +98,10 @@ impl SimDrive {
             Setpoint::Line { .. } | Setpoint::Jog { .. } | Setpoint::Profile(_) => {
                 self.servo.reference_rad
             }
-            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } | Setpoint::Brake => {
-                self.scale.rad(self.sensed.count)
-            }
+            Setpoint::Free
+            | Setpoint::Speed { .. }
+            | Setpoint::Torque { .. }
+            | Setpoint::Brake { .. } => self.scale.rad(self.sensed.count),
         }
     }
 
