@@ -30,6 +30,8 @@ pub struct NodeConfig<const N: usize> {
     pub sync_cob: u16,
     /// CANopen id of the node's own heartbeat on the drive buses.
     pub master: DriveId,
+    /// The drives' buses have CAN FD and speak the fast profile ([`protocol::canopen::fast`]).
+    pub fast_drives: bool,
     /// How the loops are closed at start.
     pub law: ServoLaw,
     /// Fraction of the motors' hard velocity limit that may be used, (0, 1]; MRROC++'s
@@ -54,6 +56,11 @@ pub enum ConfigError {
     },
     /// Computed torque for a robot that has no chain.
     ServoLaw,
+    /// The fast profile for a drive that needs a torque offset, or beyond its slots.
+    FastDrive {
+        /// The axis, from 0.
+        axis: u8,
+    },
     /// Two axes have the same drive, or one has the node's own id.
     DuplicateDrive {
         /// The axis, from 0.
@@ -75,6 +82,10 @@ impl core::fmt::Display for ConfigError {
             Self::ServoLaw => write!(
                 f,
                 "servo law: expected one that needs no masses of links; this robot has none"
+            ),
+            Self::FastDrive { axis } => write!(
+                f,
+                "axis {axis}: the fast profile has 15 drives a bus and no torque offset"
             ),
             Self::DuplicateDrive { axis } => {
                 write!(f, "axis {axis}: its drive's id is taken on this bus")
@@ -116,6 +127,9 @@ impl<const N: usize> NodeConfig<N> {
         digest.update(&self.velocity_factor.to_le_bytes());
         for drive in &self.drives {
             digest.update(&[drive.bus, drive.id.get()]);
+        }
+        if self.fast_drives {
+            digest.update(b"fast");
         }
         digest.finalize()
     }

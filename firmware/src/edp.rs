@@ -566,6 +566,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             let controlword = axis.controlword(goal, link.statusword());
             link.command(controlword, target, offset, tx);
         }
+        self.drives.send_groups(tx);
     }
 }
 

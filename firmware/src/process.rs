@@ -127,6 +127,7 @@ impl Station {
                 DEFAULT_COB
             },
             master: self.master(),
+            fast_drives: false,
             law: self.law,
             velocity_factor: self.velocity_factor,
         };

@@ -140,8 +140,24 @@ impl Cell {
         buses: &[u8],
         seed: u64,
     ) -> Result<(), CellError> {
-        let (node, drives) = node(kind, station, buses, self.now())?;
+        let (node, drives) = node(kind, station, buses, self.now(), false)?;
         self.add_node(kind, node, &drives, seed)
+    }
+
+    /// The same with drive buses of CAN FD, on which node and drives speak the fast profile
+    /// ([`protocol::canopen::fast`], experimental).
+    ///
+    /// # Errors
+    /// [`CellError`], also for a robot whose drives need a torque offset.
+    pub fn add_fast(
+        &mut self,
+        kind: RobotKind,
+        station: &Station,
+        buses: &[u8],
+        seed: u64,
+    ) -> Result<(), CellError> {
+        let (node, drives) = node(kind, station, buses, self.now(), true)?;
+        self.place(kind, node, &drives, seed, Kind::Fd)
     }
 
     /// Add a robot with a node of one's own, for instance one with programs linked in.
@@ -155,7 +171,21 @@ impl Cell {
         drives: &[DriveAddress],
         seed: u64,
     ) -> Result<(), CellError> {
-        let setup = setup(kind, drives, seed, self.quirks);
+        self.place(kind, node, drives, seed, Kind::Classic)
+    }
+
+    fn place(
+        &mut self,
+        kind: RobotKind,
+        node: Box<dyn NodeProcess + Send>,
+        drives: &[DriveAddress],
+        seed: u64,
+        wire: Kind,
+    ) -> Result<(), CellError> {
+        let mut setup = setup(kind, drives, seed, self.quirks);
+        for axis in &mut setup.axes {
+            axis.drive.fd = wire == Kind::Fd;
+        }
         let buses = drives
             .iter()
             .map(|d| usize::from(d.bus) + 1)
@@ -170,7 +200,7 @@ impl Cell {
             self.names.push(format!("{kind}.{bus}"));
         }
         self.mp_wire.add_tap();
-        let mut wires: Vec<Wire> = (0..buses).map(|_| Wire::new(Kind::Classic, 1)).collect();
+        let mut wires: Vec<Wire> = (0..buses).map(|_| Wire::new(wire, 1)).collect();
         let mut taps = Vec::with_capacity(drives.len());
         for (axis, drive) in drives.iter().enumerate() {
             let Some(wire) = wires.get_mut(usize::from(drive.bus)) else {
@@ -467,7 +497,7 @@ impl Place {
 }
 
 /// The node that every robot of a kind has, begun at `now`, and where it expects its drives; `buses` as for
-/// [`Cell::add`].
+/// [`Cell::add`]. `fast`: as for [`Cell::add_fast`].
 ///
 /// # Errors
 /// [`CellError`]
@@ -476,6 +506,7 @@ pub fn node(
     station: &Station,
     buses: &[u8],
     now: Micros,
+    fast: bool,
 ) -> Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError> {
     kind.visit(
         station.track,
@@ -484,6 +515,7 @@ pub fn node(
             station,
             buses,
             now,
+            fast,
         },
     )
 }
@@ -494,6 +526,7 @@ struct Build<'a> {
     station: &'a Station,
     buses: &'a [u8],
     now: Micros,
+    fast: bool,
 }
 
 impl RobotVisitor for Build<'_> {
@@ -512,7 +545,8 @@ impl RobotVisitor for Build<'_> {
             expected: N,
             got: self.buses.len(),
         })?;
-        let wiring = self.station.config(buses).map_err(wrong)?;
+        let mut wiring = self.station.config(buses).map_err(wrong)?;
+        wiring.fast_drives = self.fast;
         let node = Node::new(self.now, robot, wiring).map_err(wrong)?;
         Ok((Box::new(node), wiring.drives.to_vec()))
     }

@@ -24,10 +24,12 @@
 //! | `servo` | set-point generation, observer, position and velocity control |
 //! | `homing`, `probe` | homing inside the drive; the position at an edge |
 //! | [`quirk`] | what drives in the field do otherwise |
+//! | `fast` | the fast profile on CAN FD |
 //! | `profile` | the modes in which the drive makes its way itself: pp, pv |
 
 mod controller;
 mod dictionary;
+mod fast;
 mod homing;
 mod layer;
 mod monitor;
@@ -113,6 +115,7 @@ pub struct SimDrive {
     rpdo: [Rpdo; 4],
     tpdo: [Tpdo; 4],
     accept: [u64; 32],
+    fast: fast::Fast,
     sync_cob: u16,
     outbox: Vec<Frame>,
     poll_at_ns: u64,
@@ -132,8 +135,6 @@ pub struct SimDrive {
     external: u16,
     offset: servo::Offset,
     limit_nm: f64,
-    /// Is a stop at the voltage limit under way?
-    unlimited: bool,
     period_ns: u64,
     halted: bool,
     cut: bool,
@@ -199,6 +200,7 @@ impl SimDrive {
             rpdo: [(); 4].map(|()| Rpdo::new(unused, Mapping::default())),
             tpdo: [(); 4].map(|()| Tpdo::new(unused, Mapping::default())),
             accept: [0; 32],
+            fast: fast::Fast::default(),
             sync_cob: 0,
             outbox: Vec::with_capacity(8),
             poll_at_ns: 0,
@@ -216,7 +218,6 @@ impl SimDrive {
             external: 0,
             offset: servo::Offset::default(),
             limit_nm: 0.0,
-            unlimited: false,
             period_ns: 2 * parameters::MS,
             halted: false,
             cut: false,
@@ -315,10 +316,14 @@ impl SimDrive {
             return;
         };
         let word = self.accept[usize::from(cob >> 6) & 31];
-        if word >> (cob & 63) & 1 == 0 || self.silent || frame.is_fd() {
+        if word >> (cob & 63) & 1 == 0 || self.silent {
             return;
         }
         self.now_ns = now_ns;
+        if frame.is_fd() {
+            self.take_group(cob, frame);
+            return;
+        }
         self.take(cob, frame);
         self.flush(out);
     }

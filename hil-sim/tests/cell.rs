@@ -25,6 +25,8 @@ use robots::{RobotKind, TrackRule};
 mod bus_faults;
 #[path = "cell/encoder_faults.rs"]
 mod encoder_faults;
+#[path = "cell/fast.rs"]
+mod fast;
 #[path = "cell/quirks.rs"]
 mod quirks;
 #[path = "cell/scenario.rs"]

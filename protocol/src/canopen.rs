@@ -29,6 +29,7 @@
 pub mod axis;
 pub mod cia402;
 pub mod emcy;
+pub mod fast;
 pub mod lss;
 pub mod nmt;
 pub mod node;

@@ -12,9 +12,9 @@ pub use script::{AxisSetup, DRIVE_HEARTBEAT_MS};
 use crate::config::DriveAddress;
 use crate::io::Port;
 use protocol::canopen::sync::SyncProducer;
-use protocol::canopen::{nmt, node::NodeId as DriveId, node::standard};
+use protocol::canopen::{nmt, node::NodeId as DriveId};
 use protocol::fault::Cause;
-use protocol::frame::Frame;
+use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
 
 /// What one axis reported for one SYNC.
@@ -86,7 +86,9 @@ impl<const N: usize> Drives<N> {
 
     /// A frame from a drive bus.
     pub fn on_frame(&mut self, now: Micros, bus: u8, frame: &Frame) {
-        let Some(cob) = standard(frame) else { return };
+        let Id::Standard(cob) = frame.id() else {
+            return;
+        };
         let id = (cob & 0x7F) as u8;
         let at = |link: &&mut DriveLink| link.address().bus == bus && link.address().id.get() == id;
         if let Some(link) = self.links.iter_mut().find(at) {
@@ -109,6 +111,23 @@ impl<const N: usize> Drives<N> {
         }
         for link in &mut self.links {
             link.on_sync();
+        }
+    }
+
+    /// In the fast profile: send the groups of this servo step, for each controlword one.
+    pub fn send_groups(&mut self, tx: &mut impl FnMut(Port, Frame)) {
+        for bus in 0..self.buses {
+            // each group takes one drive at least
+            for _ in 0..N {
+                let mut group = None;
+                for link in &mut self.links {
+                    link.join(bus, &mut group);
+                }
+                let Some(frame) = group.and_then(|group| group.frame()) else {
+                    break;
+                };
+                tx(Port::Drives(bus), frame);
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! From a robot's description and a node's configuration to everything the EDP computes with.
 
-use crate::capacity::KNOT_QUEUE;
+use crate::capacity::{DRIVE_BUSES, KNOT_QUEUE};
 use crate::config::{ConfigError, DriveAddress, NodeConfig};
 use crate::ecp::Limits;
 use crate::ecp::generator::axis_move::MotorShare;
@@ -15,6 +15,7 @@ use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
 use motion::{Angle, AxisEnvelope, Interpolator};
 use protocol::canopen::cia402::Mode;
+use protocol::canopen::fast::Slot;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::message::ServoLaw;
 use protocol::time::Micros;
@@ -84,7 +85,7 @@ impl<const N: usize> EdpSetup<N> {
             acceleration: axis.hard_limits.acceleration,
             jerk: axis.hard_limits.jerk,
         });
-        Self {
+        let setup = Self {
             servo_step_s: period.as_secs_f64(),
             macrostep: Micros(period.0 * u64::from(description.macrostep)),
             addresses: config.drives,
@@ -101,6 +102,7 @@ impl<const N: usize> EdpSetup<N> {
                 max_torque: 0,
                 mode: mode.code(),
                 torque_offset: robot.chain().is_some() && axis.is_direct(),
+                slot: None,
             }),
             sync_cob: config.sync_cob,
             master: config.master,
@@ -121,6 +123,37 @@ impl<const N: usize> EdpSetup<N> {
             law: config.law,
             pace: FeedPace::new(&envelopes(&homed_bounds)),
             homed_bounds,
+        };
+        if config.fast_drives {
+            setup.with_slots()
+        } else {
+            setup
+        }
+    }
+
+    /// A slot of the fast profile for every drive: its number on its bus.
+    fn with_slots(mut self) -> Self {
+        let mut used = [0_u8; DRIVE_BUSES];
+        for (script, address) in self.scripts.iter_mut().zip(&self.addresses) {
+            if let Some(used) = used.get_mut(usize::from(address.bus)) {
+                *used = used.saturating_add(1);
+                script.slot = Slot::new(*used);
+            }
+        }
+        self
+    }
+
+    /// Can every drive speak the fast profile, if some do?
+    fn validate_slots(&self) -> Result<(), ConfigError> {
+        if self.scripts.iter().all(|script| script.slot.is_none()) {
+            return Ok(());
+        }
+        let unfit = |script: &AxisSetup| script.slot.is_none() || script.torque_offset;
+        match self.scripts.iter().position(unfit) {
+            Some(axis) => Err(ConfigError::FastDrive {
+                axis: u8::try_from(axis).unwrap_or(u8::MAX),
+            }),
+            None => Ok(()),
         }
     }
 
@@ -146,8 +179,9 @@ impl<const N: usize> EdpSetup<N> {
     /// An interpolator can be made of the envelopes.
     ///
     /// # Errors
-    /// [`ConfigError::NoRoomToStop`].
+    /// [`ConfigError::NoRoomToStop`], [`ConfigError::FastDrive`].
     pub fn validate(&self) -> Result<(), ConfigError> {
+        self.validate_slots()?;
         let Err(error) = Interpolator::<N, KNOT_QUEUE>::with_pace(
             self.envelopes(true),
             [Angle::ZERO; N],

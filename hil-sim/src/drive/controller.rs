@@ -23,8 +23,7 @@ impl SimDrive {
                 self.communication_failed(ErrorCode::NONE);
             }
             (State::BusOff, State::Active | State::Passive) => self.report(ErrorCode::BUS_OFF_OVER),
-            (State::Passive, State::Active)
-            | (State::Active, State::Active)
+            (State::Active | State::Passive, State::Active)
             | (State::Passive, State::Passive)
             | (State::BusOff, State::BusOff) => {}
         }

@@ -30,6 +30,8 @@ pub(crate) struct Dictionary {
     written: Option<Address>,
     /// [`super::quirk::Quirk::NoInterpolationPeriod`].
     without_interpolation: bool,
+    /// Does the drive hang on a bus with CAN FD?
+    fd: bool,
     /// Object 2000: now and stored.
     note: [Vec<u8>; 2],
     program: Program,
@@ -81,6 +83,7 @@ impl Dictionary {
             energised: false,
             written: None,
             without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
+            fd: drive.fd,
             note: [Vec::new(), Vec::new()],
             program: Program::default(),
         }

@@ -95,7 +95,7 @@ impl SimDrive {
             Setpoint::Free
             | Setpoint::Speed { .. }
             | Setpoint::Torque { .. }
-            | Setpoint::Brake
+            | Setpoint::Brake { .. }
             | Setpoint::Jog { .. } => 0.0,
         };
         if error.abs() <= window {

@@ -91,6 +91,7 @@ impl SimDrive {
     }
 
     fn rest_pdos(&mut self) {
+        self.fast.forget();
         self.rpdo.iter_mut().for_each(Rpdo::reset);
         self.tpdo.iter_mut().for_each(Tpdo::reset);
         self.last_sync_ns = None;
@@ -129,7 +130,7 @@ impl SimDrive {
                 self.history.clear();
                 self.publish_history();
             }
-            0x1000..=0x1FFF => self.configure(),
+            0x1000..=0x1FFF | index::FAST_SLOT => self.configure(),
             index::CONTROLWORD => self.on_controlword(),
             index::TOUCH_PROBE => self.on_probe_function(),
             _ => {
@@ -182,7 +183,7 @@ impl SimDrive {
     /// Latches the targets, samples the actual values, sends the synchronous PDOs.
     fn on_sync(&mut self, sync: Sync) {
         self.last_sync_ns = Some(self.now_ns);
-        let mut fresh = false;
+        let mut fresh = self.latch_group();
         for number in 0..self.rpdo.len() {
             if let Some(payload) = self.rpdo[number].on_sync() {
                 self.accept_pdo(number, payload);
@@ -202,7 +203,8 @@ impl SimDrive {
         self.od
             .set(slots::STATUSWORD, u32::from(self.statusword().0));
         let short = self.p.quirks.has(Quirk::ShortPdo);
-        for number in 0..self.tpdo.len() {
+        let instead_of_tpdo1 = self.send_feedback();
+        for number in usize::from(instead_of_tpdo1)..self.tpdo.len() {
             let tpdo = &mut self.tpdo[number];
             if !tpdo.communication().enabled || tpdo.is_event_driven() {
                 continue;
@@ -317,6 +319,7 @@ impl SimDrive {
         self.sync_cob = u16::from_le_bytes([low, high]) & 0x7FF;
         self.emergencies
             .set_inhibit(u16::try_from(self.od.get(slots::EMERGENCY_INHIBIT)).unwrap_or(0));
+        self.configure_fast();
         self.configure_motion();
         self.listen();
         self.poll_at_ns = 0;
@@ -357,7 +360,11 @@ impl SimDrive {
             .consumer
             .map(|consumer| consumer.node().cob(Function::Heartbeat));
         let own = [nmt::COB, self.sync_cob, self.node.cob(Function::SdoRequest)];
-        let configured = own.into_iter().chain(rpdos).chain(watched);
+        let configured = own
+            .into_iter()
+            .chain(rpdos)
+            .chain(watched)
+            .chain(self.fast.cob());
         let alone = self.lss.active().is_none();
         for cob in configured
             .filter(|_| !alone)

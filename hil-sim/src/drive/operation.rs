@@ -93,7 +93,7 @@ impl SimDrive {
 
     /// The greatest torque now, N·m: a stop at the voltage limit may use all that the power stage has.
     pub(super) fn greatest_nm(&self) -> f64 {
-        if self.unlimited && self.servo.setpoint() == Setpoint::Brake {
+        if self.servo.setpoint() == (Setpoint::Brake { unlimited: true }) {
             PEAK_PER_MILLE * self.scale.nm_per_mille
         } else {
             self.limit_nm
@@ -116,9 +116,8 @@ impl SimDrive {
     fn stand(&mut self, ramp: Ramp) {
         match self.ramp(ramp) {
             Some(decelerate) => self.servo.jog(0.0, decelerate),
-            None => self.servo.brake(),
+            None => self.servo.brake(ramp == Ramp::VoltageLimit),
         }
-        self.unlimited = ramp == Ramp::VoltageLimit;
         self.offset = Offset::default();
     }
 

@@ -44,6 +44,8 @@ pub struct DriveParameters {
     pub sdo_ns: u64,
     /// Transmit mailboxes of its CAN controller.
     pub mailboxes: usize,
+    /// Does it hang on a bus with CAN FD?
+    pub fd: bool,
     /// Serial number (object 1018:4).
     pub serial: u32,
     /// What it does otherwise than the book.
@@ -77,6 +79,7 @@ impl DriveParameters {
             brake_close_ns: 35 * MS,
             sdo_ns: 0,
             mailboxes: 8,
+            fd: false,
             serial,
             quirks: Quirks::default(),
         }

@@ -98,9 +98,10 @@ impl SimDrive {
             Setpoint::Line { .. } | Setpoint::Jog { .. } | Setpoint::Profile(_) => {
                 self.servo.reference_rad
             }
-            Setpoint::Free | Setpoint::Speed { .. } | Setpoint::Torque { .. } | Setpoint::Brake => {
-                self.scale.rad(self.sensed.count)
-            }
+            Setpoint::Free
+            | Setpoint::Speed { .. }
+            | Setpoint::Torque { .. }
+            | Setpoint::Brake { .. } => self.scale.rad(self.sensed.count),
         }
     }
 
@@ -109,6 +110,6 @@ impl SimDrive {
         bit(self.sensed.negative_limit, input::NEGATIVE_LIMIT)
             | bit(self.sensed.positive_limit, input::POSITIVE_LIMIT)
             | bit(self.sensed.home, input::HOME)
-            | u32::from(self.external) * input::FIRST_FREE
+            | (u32::from(self.external) * input::FIRST_FREE)
     }
 }

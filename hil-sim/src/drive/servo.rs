@@ -22,8 +22,8 @@ pub(crate) enum Setpoint {
     Torque { nm: f64 },
     /// A velocity reached by a ramp, with position control: homing, pv, stopping, standing.
     Jog { rad_s: f64, ramp_rad_s2: f64 },
-    /// To standstill with all the torque there is, then standing.
-    Brake,
+    /// To standstill with the greatest torque (or all that the power stage has), then standing.
+    Brake { unlimited: bool },
     /// pp: a trapezoid of velocity to a position.
     Profile(Profile),
 }
@@ -163,9 +163,9 @@ impl Servo {
     }
 
     /// To standstill as fast as the velocity loop and the torque limit allow.
-    pub(crate) fn brake(&mut self) {
+    pub(crate) fn brake(&mut self, unlimited: bool) {
         self.take_over(true);
-        self.setpoint = Setpoint::Brake;
+        self.setpoint = Setpoint::Brake { unlimited };
     }
 
     /// Goes to a position.
@@ -193,7 +193,7 @@ impl Servo {
                 self.integral_nm = 0.0;
                 self.taken_over = false;
             }
-            Setpoint::Speed { .. } | Setpoint::Torque { .. } | Setpoint::Brake => {
+            Setpoint::Speed { .. } | Setpoint::Torque { .. } | Setpoint::Brake { .. } => {
                 self.reference_rad = self.observer.rad;
                 self.reference_rad_s = if keep_speed { self.observer.rad_s } else { 0.0 };
                 if matches!(self.setpoint, Setpoint::Torque { .. }) {
@@ -208,7 +208,7 @@ impl Servo {
     pub(crate) fn stands(&self) -> bool {
         let done = match self.setpoint {
             Setpoint::Jog { .. } | Setpoint::Profile(_) => self.reference_rad_s.abs() < 1e-9,
-            Setpoint::Brake => false,
+            Setpoint::Brake { .. } => false,
             Setpoint::Free
             | Setpoint::Line { .. }
             | Setpoint::Speed { .. }
@@ -222,7 +222,9 @@ impl Servo {
     #[inline]
     pub(crate) fn step(&mut self, measured_rad: f64, offset: Offset, limit_nm: f64) -> f64 {
         self.observe(measured_rad);
-        if self.setpoint == Setpoint::Brake && self.observer.rad_s.abs() < STANDSTILL_RAD_S {
+        if matches!(self.setpoint, Setpoint::Brake { .. })
+            && self.observer.rad_s.abs() < STANDSTILL_RAD_S
+        {
             self.take_over(false);
             self.setpoint = Setpoint::Jog {
                 rad_s: 0.0,
@@ -236,7 +238,7 @@ impl Servo {
             }
             Setpoint::Torque { nm } => return self.limit(nm + offset.nm, limit_nm),
             Setpoint::Speed { rad_s } => (rad_s + offset.rad_s, offset.nm),
-            Setpoint::Brake => (0.0, 0.0),
+            Setpoint::Brake { .. } => (0.0, 0.0),
             Setpoint::Line { slope_rad_s } => {
                 self.reference_rad += slope_rad_s * self.dt_s;
                 self.reference_rad_s = slope_rad_s;

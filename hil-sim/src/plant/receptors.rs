@@ -123,8 +123,8 @@ impl Receptors {
     pub(super) fn set_broken(&mut self, broken: Broken) {
         self.broken = broken;
         if self.wrong.as_ref().map(Wrong::fault) != broken.encoder {
-            let (count, turn, random) = (self.sensed.count, self.increments_per_turn, &self.random);
-            let wrong = |fault| Wrong::new(fault, count, turn, random.clone());
+            let (count, turn, random) = (self.sensed.count, self.increments_per_turn, self.random);
+            let wrong = |fault| Wrong::new(fault, count, turn, random);
             self.wrong = broken.encoder.map(wrong);
         }
     }
@@ -136,7 +136,7 @@ impl Receptors {
         }
         let count = count.wrapping_add(self.broken.jump);
         match self.broken.flipped_bit {
-            Some(bit) => count ^ 1_i64.wrapping_shl(bit as u32),
+            Some(bit) => count ^ 1_i64.wrapping_shl(u32::from(bit)),
             None => count,
         }
     }

@@ -192,7 +192,8 @@ fn nodes(
     let stations = stations(cell, ids, seed, about.mtu);
     for ((robot, id), (station, bus_of_axis)) in cell.robots.iter().zip(ids).zip(stations) {
         let numbers = (*id, station.master());
-        let node = NodeReplay::new(robot.kind, &station, &bus_of_axis, numbers, bus)
+        let fast = robot.fast_drives;
+        let node = NodeReplay::new(robot.kind, &station, &bus_of_axis, numbers, (bus, fast))
             .map_err(|error| Error::Internal(error.to_string()))?;
         bus += node.buses();
         if bus <= about.buses.len() {

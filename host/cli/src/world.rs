@@ -80,8 +80,12 @@ impl Virtual {
             for group in &robot.drives {
                 buses.push(bus_of(cell, group.bus)?);
             }
-            sim.add(robot.kind, &station, &bus_of_axis, seed)
-                .map_err(|e: CellError| internal(&e))?;
+            let added = if robot.fast_drives {
+                sim.add_fast(robot.kind, &station, &bus_of_axis, seed)
+            } else {
+                sim.add(robot.kind, &station, &bus_of_axis, seed)
+            };
+            added.map_err(|e: CellError| internal(&e))?;
         }
         for (number, bus) in buses.iter().enumerate() {
             if !sim.set_rates(number, bus.rates()) {

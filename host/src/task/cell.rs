@@ -48,6 +48,8 @@ pub struct RobotSpec {
     pub mp_bus: usize,
     /// Its drives; every axis on exactly one bus.
     pub drives: Vec<DriveGroup>,
+    /// Node and drives speak the fast profile of CAN FD, which is experimental.
+    pub fast_drives: bool,
 }
 
 impl RobotSpec {
@@ -157,6 +159,7 @@ impl Cell {
                 t_world_base: t_world_base(*kind),
                 mp_bus,
                 drives,
+                fast_drives: false,
             });
         }
         cell
@@ -367,6 +370,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
             "base",
             "mp_bus",
             "drives",
+            "fast_drives",
         ],
     )?;
     let kinds = RobotKind::ALL.map(|kind| (kind.name(), kind));
@@ -383,21 +387,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         Some(value) => value.number("greater than 0, at most 1", |v| v > 0.0 && v <= 1.0)?,
         None => DEFAULT_VELOCITY_FACTOR,
     };
-    let track = match fields.optional("track") {
-        Some(value) if kind != RobotKind::Irp6Track => {
-            return Err(value.error(
-                Problem::Conflict,
-                "a rule for a track",
-                format!("`kind = \"{}\"`", RobotKind::Irp6Track),
-                kind.name(),
-            ));
-        }
-        Some(value) => value.choice(
-            "rule for the track",
-            &TrackRule::ALL.map(|rule| (rule.name(), rule)),
-        )?,
-        None => TrackRule::Keep,
-    };
+    let track = track(kind, &fields)?;
     let t_world_base = match fields.optional("base") {
         Some(value) => {
             let pose = value.fields("a pose", &["position_m", "rotation_rad"])?;
@@ -420,6 +410,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         Some(value) => drives(cell, &value, kind)?,
         None => cell.default_drives(&name, kind),
     };
+    let fast_drives = fast_drives(cell, &fields, &drives)?;
     Ok(RobotSpec {
         name,
         kind,
@@ -429,7 +420,49 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         t_world_base,
         mp_bus,
         drives,
+        fast_drives,
     })
+}
+
+/// Where a robot on a track has its track.
+fn track(kind: RobotKind, fields: &Fields<'_, '_>) -> Result<TrackRule, DataError> {
+    Ok(match fields.optional("track") {
+        Some(value) if kind != RobotKind::Irp6Track => {
+            return Err(value.error(
+                Problem::Conflict,
+                "a rule for a track",
+                format!("`kind = \"{}\"`", RobotKind::Irp6Track),
+                kind.name(),
+            ));
+        }
+        Some(value) => value.choice(
+            "rule for the track",
+            &TrackRule::ALL.map(|rule| (rule.name(), rule)),
+        )?,
+        None => TrackRule::Keep,
+    })
+}
+
+/// Do the drives speak the fast profile? They are asked to by `fast_drives = true`, and all their buses must be FD.
+fn fast_drives(
+    cell: &Cell,
+    fields: &Fields<'_, '_>,
+    drives: &[DriveGroup],
+) -> Result<bool, DataError> {
+    let Some(value) = fields.optional("fast_drives") else {
+        return Ok(false);
+    };
+    let wanted = value.boolean()?;
+    let mut buses = drives.iter().filter_map(|group| cell.buses.get(group.bus));
+    match buses.find(|bus| bus.kind == BusKind::Classic) {
+        Some(bus) if wanted => Err(value.error(
+            Problem::Conflict,
+            "the fast profile on a classical bus",
+            "every bus of its drives to be FD",
+            bus.name.clone(),
+        )),
+        Some(_) | None => Ok(wanted),
+    }
 }
 
 fn bus_index(cell: &Cell, value: &Value<'_, '_>) -> Result<usize, DataError> {

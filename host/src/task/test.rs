@@ -374,6 +374,10 @@ fn every_mistake_elsewhere_has_its_place() {
             "4:35: error: an axis on two buses (expected every axis once, got axis 1 again)",
         ),
         (
+            format!("title = \"a\"\n{robot}fast_drives = true\n{step}"),
+            "4:15: error: the fast profile on a classical bus (expected every bus of its drives to be FD, got irp6-track.0)",
+        ),
+        (
             format!(
                 "title = \"a\"\n{robot}drives = [{{ bus = \"b\", axes = [1, 2] }}]\n[[cell.bus]]\nname = \"b\"\nkind = \"classic\"\n{step}"
             ),

@@ -64,7 +64,7 @@ pub enum Function {
 }
 
 /// Does the network's master send this identifier, by the predefined connection set and if it is node `master`: NMT,
-/// SYNC, TIME, LSS, RPDOs, SDO requests, its heartbeat.
+/// SYNC, TIME, LSS, RPDOs and their group ([`super::fast`]), SDO requests, its heartbeat.
 #[must_use]
 pub const fn is_from_master(cob: u16, master: NodeId) -> bool {
     const NUMBER: u16 = 0x7F;
@@ -72,7 +72,9 @@ pub const fn is_from_master(cob: u16, master: NodeId) -> bool {
     match cob & !NUMBER {
         0x000 | 0x100 => cob & NUMBER == 0,
         0x080 => cob == 0x080,
-        0x200 | 0x300 | 0x400 | 0x500 | 0x600 => cob & NUMBER != 0,
+        // without a number: the group of the fast profile
+        0x200 => true,
+        0x300 | 0x400 | 0x500 | 0x600 => cob & NUMBER != 0,
         0x700 => cob & NUMBER == master.0 as u16,
         _ => cob == LSS,
     }

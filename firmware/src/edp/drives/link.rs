@@ -7,6 +7,7 @@ use crate::io::Port;
 use protocol::canopen::axis::{self, Actual, Inputs, Target};
 use protocol::canopen::cia402::{self, PowerState, Statusword};
 use protocol::canopen::emcy::Emergency;
+use protocol::canopen::fast::{Feedback, Group};
 use protocol::canopen::nmt::{self, Heard, HeartbeatConsumer};
 use protocol::canopen::node::{self, Function};
 use protocol::canopen::objects::index;
@@ -91,6 +92,8 @@ pub struct DriveLink {
     mode: i8,
     /// Levels of the digital outputs: wanted, and confirmed by the drive.
     outputs: [u16; 2],
+    /// In the fast profile: what the next group carries.
+    grouped: Option<(u16, Target)>,
 }
 
 impl DriveLink {
@@ -116,6 +119,7 @@ impl DriveLink {
             rated_torque_mnm: 0,
             mode: setup.mode,
             outputs: [0; 2],
+            grouped: None,
         }
     }
 
@@ -254,13 +258,18 @@ impl DriveLink {
 
     /// A frame of this drive; `function` is its COB-ID without the node id.
     pub(super) fn on_frame(&mut self, now: Micros, function: u16, frame: &Frame) {
+        // of the fast profile only the actual values are FD
+        let fast = self.setup.slot.is_some() && function == Function::Tpdo1 as u16;
+        if frame.is_fd() != fast {
+            return;
+        }
         let data = frame.data();
         if function == Function::Tpdo1 as u16 {
             if let Some(Actual {
                 statusword,
                 position,
                 torque,
-            }) = Actual::decode(data)
+            }) = self.decode(data)
             {
                 self.actual = AxisActual {
                     position,
@@ -292,6 +301,18 @@ impl DriveLink {
                 _ => {}
             }
         }
+    }
+
+    /// Its actual values, in the profile it speaks.
+    fn decode(&self, data: &[u8]) -> Option<Actual> {
+        if self.setup.slot.is_none() {
+            return Actual::decode(data);
+        }
+        Feedback::decode(data).map(|feedback| Actual {
+            statusword: feedback.statusword,
+            position: feedback.position,
+            torque: feedback.torque,
+        })
     }
 
     /// The drive (re)started: expected after a reset, a fault in operation.
@@ -506,9 +527,29 @@ impl DriveLink {
         offset: Option<i16>,
         tx: &mut impl FnMut(Port, Frame),
     ) {
-        if self.is_ready() {
+        if !self.is_ready() {
+            return;
+        }
+        if self.setup.slot.is_some() {
+            self.grouped = Some((controlword, target));
+        } else {
             let frame = axis::command(self.address.id, controlword, target, offset);
             tx(Port::Drives(self.address.bus), frame);
+        }
+    }
+
+    /// Joins a group of its bus, or begins one; others wait for a group of their own.
+    pub(super) fn join(&mut self, bus: u8, group: &mut Option<Group>) {
+        let (Some((controlword, target)), Some(slot)) = (self.grouped, self.setup.slot) else {
+            return;
+        };
+        if self.address.bus != bus {
+            return;
+        }
+        let torque = matches!(target, Target::Torque(_));
+        let group = group.get_or_insert(Group::new(controlword, torque));
+        if group.controlword() == controlword && group.put(slot, target) {
+            self.grouped = None;
         }
     }
 }

@@ -1,6 +1,7 @@
 //! How a drive is configured: the SDO writes between power-up and "operational".
 
 use protocol::canopen::axis;
+use protocol::canopen::fast::Slot;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::canopen::objects::index;
 use protocol::canopen::pdo::{Direction, Setup, SetupWrite, Value};
@@ -26,6 +27,8 @@ pub struct AxisSetup {
     pub mode: i8,
     /// The torque offset is mapped.
     pub torque_offset: bool,
+    /// Its slot in the fast profile.
+    pub slot: Option<Slot>,
 }
 
 impl Default for AxisSetup {
@@ -39,6 +42,7 @@ impl Default for AxisSetup {
             max_torque: 0,
             mode: 8,
             torque_offset: false,
+            slot: None,
         }
     }
 }
@@ -117,13 +121,22 @@ fn object(setup: &AxisSetup, step: u8) -> Option<SetupWrite> {
         11 => (index::INTERPOLATION_PERIOD, 2, Value::byte(exponent)),
         12 => (index::TOUCH_PROBE, 0, Value::half(0)),
         13 => (index::MODE, 0, Value::byte(mode)),
-        14 if setup.max_torque > 0 => (index::MAX_TORQUE, 0, Value::half(setup.max_torque)),
-        _ => return None,
+        _ => optional(setup, step.saturating_sub(14))?,
     };
     Some(SetupWrite {
         at: Address::new(index, sub),
         value,
     })
+}
+
+/// The writes that not every drive gets, by their number: (index, sub, value).
+fn optional(setup: &AxisSetup, number: u8) -> Option<(u16, u8, Value)> {
+    let torque = (setup.max_torque > 0).then(|| Value::half(setup.max_torque));
+    let slot = setup.slot.map(|slot| Value::byte(slot.get()));
+    [(index::MAX_TORQUE, torque), (index::FAST_SLOT, slot)]
+        .into_iter()
+        .filter_map(|(index, value)| Some((index, 0, value?)))
+        .nth(usize::from(number))
 }
 
 impl Script {

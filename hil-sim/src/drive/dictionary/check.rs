@@ -23,6 +23,8 @@ pub(super) fn value(od: &Dictionary, at: Address, value: u32) -> Result<(), Abor
         0x1400..=0x1403 | 0x1800..=0x1803 => return communication(od, at, value),
         0x1600..=0x1603 => return mapping(od, at, value, true),
         0x1A00..=0x1A03 => return mapping(od, at, value, false),
+        // nobody could hear it on a classical bus
+        index::FAST_SLOT if value > 0 && !od.fd => return Err(Abort::DeviceState),
         index::QUICK_STOP_OPTION => narrow(signed).and_then(Options::quick_stop).is_some(),
         index::MODE => i8::try_from(signed)
             .ok()

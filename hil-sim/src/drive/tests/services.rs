@@ -234,3 +234,14 @@ fn a_drive_loses_its_node_identifier_and_is_found_again() {
     bench.start(Mode::Csp);
     assert!(tpdos(&bench) > 0);
 }
+
+#[test]
+fn a_drive_on_a_classical_bus_has_no_slot_in_the_fast_profile() {
+    let mut bench = bench();
+    let at = Address::new(0x2010, 0);
+    assert_eq!(
+        bench.write(0x2010, &[1]),
+        Outcome::Refused(at, Abort::DeviceState)
+    );
+    assert_eq!(bench.write(0x2010, &[0]), Outcome::Downloaded(at));
+}

@@ -27,15 +27,16 @@ pub(super) struct NodeReplay {
 }
 
 impl NodeReplay {
-    /// The node of a robot, begun at time 0; `bus_of_axis` as for [`hil_sim::cell::Cell::add`].
+    /// The node of a robot, begun at time 0; `bus_of_axis` as for [`hil_sim::cell::Cell::add`], `fast` as for
+    /// [`node`].
     pub(super) fn new(
         kind: RobotKind,
         station: &Station,
         bus_of_axis: &[u8],
         (id, master): (NodeId, DriveNode),
-        first_bus: usize,
+        (first_bus, fast): (usize, bool),
     ) -> Result<Self, CellError> {
-        let (node, drives) = node(kind, station, bus_of_axis, Micros(0))?;
+        let (node, drives) = node(kind, station, bus_of_axis, Micros(0), fast)?;
         let last = drives.iter().map(|drive| usize::from(drive.bus)).max();
         Ok(Self {
             node,

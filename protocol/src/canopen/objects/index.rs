@@ -48,6 +48,8 @@ pub const PROGRAM_IDENTIFICATION: u16 = 0x1F56;
 pub const FLASH_STATUS: u16 = 0x1F57;
 /// What the person who commissioned the axis wants to remember.
 pub const NOTE: u16 = 0x2000;
+/// The slot in the group of the fast profile; 0: none.
+pub const FAST_SLOT: u16 = 0x2010;
 /// Abort-connection option code.
 pub const ABORT_CONNECTION: u16 = 0x6007;
 /// Error code.

@@ -9,13 +9,14 @@ use super::DataType::{I8, I16, I32, U8, U16, U32};
 use super::Mappable::{Both, No, Transmit};
 use super::Object;
 
-pub(super) const COUNT: usize = 94;
+pub(super) const COUNT: usize = 95;
 
 const METHODS: i64 = 9;
 const _: () = assert!(HomingMethod::ALL.len() == 9);
 
 pub(super) const TABLE: [Object; COUNT] = [
     Object::note(0x2000, "Commissioning note"),
+    Object::number(0x2010, 0, "Slot in the fast profile", U8, Write, No, 0).within(0, 15),
     Object::number(0x6007, 0, "Abort connection option code", I16, Write, No, 3).within(0, 3),
     Object::number(0x603F, 0, "Error code", U16, Read, Transmit, 0),
     Object::number(0x6040, 0, "Controlword", U16, Write, Both, 0),
