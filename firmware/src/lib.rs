@@ -41,7 +41,7 @@ pub mod update;
 pub mod vsp;
 
 pub use config::{ConfigError, DriveAddress, NodeConfig};
-pub use io::{Port, Received};
 pub use ecp::Ecp;
+pub use io::{Port, Received};
 pub use node::{Foreground, Node, NodeSetup};
 pub use process::{NodeProcess, Station};

@@ -32,7 +32,10 @@ impl NodeProcess for Tardy {
     fn step(&mut self, now: Micros, rx: &[Received], mut tx: &mut dyn FnMut(Port, Frame)) {
         let (foreground, ecp) = self.node.halves();
         let passed = |since: u32| foreground.servo_step().wrapping_sub(since);
-        if self.ordered.is_some_and(|since| passed(since) >= self.delay) {
+        if self
+            .ordered
+            .is_some_and(|since| passed(since) >= self.delay)
+        {
             self.ordered = None;
             ecp.work();
         }
@@ -170,6 +173,9 @@ fn an_ecp_at_work_for_an_instruction_that_was_stopped_takes_another_a_little_lat
         panic!("{replies:?}")
     };
     // a macrostep is longer than the work
-    assert!(before.len() <= 1 && before.iter().all(|r| *r == refused), "{replies:?}");
+    assert!(
+        before.len() <= 1 && before.iter().all(|r| *r == refused),
+        "{replies:?}"
+    );
     c.finish("a move");
 }

@@ -19,9 +19,7 @@ use protocol::fault::{Cause, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Incoming, Message, Role};
-use protocol::message::{
-    Command, Event, Identity, NodeState, Reply, Request, StopKind, TimeSync,
-};
+use protocol::message::{Command, Event, Identity, NodeState, Reply, Request, StopKind, TimeSync};
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
 use protocol::transfer::TransferId;

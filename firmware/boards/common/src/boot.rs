@@ -62,7 +62,8 @@ pub trait Home {
     ///
     /// # Errors
     /// [`BootError::Occupied`]
-    fn keep<T: Send + 'static>(self, make: impl FnOnce() -> T) -> Result<&'static mut T, BootError>;
+    fn keep<T: Send + 'static>(self, make: impl FnOnce() -> T)
+    -> Result<&'static mut T, BootError>;
 }
 
 /// Does this image know the robot? Its features say so.
