@@ -52,6 +52,7 @@ pub const PATH_SAMPLES_PER_MACROSTEP_SMALL: usize = 1;
 
 /// How many elements and how many samples a macrostep takes of a path, where the choice of speed looks at so many
 /// samples.
+#[must_use]
 pub const fn path_per_macrostep(window: usize) -> (usize, usize) {
     if window < PATH_SAMPLES {
         (

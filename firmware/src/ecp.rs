@@ -162,6 +162,11 @@ pub struct Ecp<R, const N: usize, P, const W: usize> {
 
 impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, N, P, W> {
     /// An ECP with nothing to do.
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub fn new(robot: R, limits: Limits<N>, macrostep_s: f64, programs: P) -> Self {
         Self {
             robot,

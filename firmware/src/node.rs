@@ -62,6 +62,11 @@ impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
     }
 
     /// One half of its node, for a rim that keeps the halves apart; so nothing as large as a node is ever moved.
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub fn ecp<P: Programs<N>, const W: usize>(&self, programs: P) -> Ecp<R, N, P, W> {
         let limits = EdpSetup::generator_limits(&self.robot, self.config.velocity_factor);
         let macrostep_s = self.edp.macrostep.as_secs_f64();

@@ -157,6 +157,11 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// No path: it takes no samples, and its steps rest, [`Status::Done`]. A place in which one may
     /// [`begin`](Self::begin).
     #[must_use]
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub const fn nothing() -> Self {
         Self {
             plan: Plan::NOTHING,

@@ -19,6 +19,11 @@ pub(super) struct Feeds<const W: usize> {
 }
 
 impl<const W: usize> Feeds<W> {
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub(super) const fn new(most: f64) -> Self {
         Self {
             most,

@@ -66,6 +66,11 @@ pub struct Plan<const N: usize> {
 
 impl<const N: usize> Plan<N> {
     /// Empty.
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub(super) const fn new() -> Self {
         Self {
             knots: heapless::Vec::new(),

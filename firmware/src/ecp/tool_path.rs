@@ -69,6 +69,11 @@ impl<const N: usize, const W: usize> Default for ToolPath<N, W> {
 impl<const N: usize, const W: usize> ToolPath<N, W> {
     /// No path yet.
     #[must_use]
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub fn new() -> Self {
         Self {
             path: Path::new().without_blends_below(SHORTEST_BLEND_M),

@@ -153,11 +153,11 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         if demands && matches!(self.edp.mode(), Mode::Resting(_)) {
             let _ = self.edp.on(now, ModeEvent::Start);
         }
-        if let Some(knot) = plan.knots().get(taken) {
-            if let Err(refusal) = self.edp.queue(now, knot, &self.clock) {
-                self.fail(now, &refusal);
-                return;
-            }
+        if let Some(knot) = plan.knots().get(taken)
+            && let Err(refusal) = self.edp.queue(now, knot, &self.clock)
+        {
+            self.fail(now, &refusal);
+            return;
         }
         let taken = taken.saturating_add(1);
         if taken < plan.knots().len() {

@@ -108,6 +108,11 @@ impl Default for MovingSegment {
 impl MovingSegment {
     /// No points yet.
     #[must_use]
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub fn new() -> Self {
         let nowhere = Point {
             pose: Pose::identity(),

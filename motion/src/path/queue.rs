@@ -86,6 +86,11 @@ impl<const N: usize> Default for Path<N> {
 impl<const N: usize> Path<N> {
     /// No pieces yet.
     #[must_use]
+    #[expect(
+        clippy::inline_always,
+        reason = "so that what is large is made where it stays, and not on the stack"
+    )]
+    #[inline(always)]
     pub const fn new() -> Self {
         const { assert!(N > 0, "a path holds at least one piece") }
         Self {

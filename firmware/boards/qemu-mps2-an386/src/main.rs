@@ -37,8 +37,8 @@ const CLOCK_HZ: u32 = 25_000_000;
 const TICK_US: u64 = 500;
 /// The same in clock cycles.
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
-/// Memory of the node: with six axes 53.4 kB, of 64 KiB; the 9.7 kB of rim are messages and the log.
-const NODE_BYTES: usize = if SEVEN_AXES { 64 * 1024 } else { 58 * 1024 };
+/// Memory of the node: with six axes 56 kB; the 10 kB of rim are messages and the log.
+const NODE_BYTES: usize = if SEVEN_AXES { 68 * 1024 } else { 56 * 1024 };
 /// Those that have seven.
 const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "polycrank"));
 
@@ -97,13 +97,14 @@ extern "C" fn rest() -> ! {
 
 /// In lock step if the host has made the files for it, else in real time.
 fn start(message: &'static mut [u8; LONGEST]) -> Option<(Servo, &'static mut dyn Background)> {
-    let (Halves { node, background }, rim, origin) = if let Some(mut channel) = Channel::open(message) {
-        let (halves, boot) = channel.boot(&PLACE)?;
-        (halves, Rim::LockStep(channel), boot.now)
-    } else {
-        let (mailbox, halves, origin) = Mailbox::boot(&PLACE)?;
-        (halves, Rim::RealTime(mailbox), origin)
-    };
+    let (Halves { node, background }, rim, origin) =
+        if let Some(mut channel) = Channel::open(message) {
+            let (halves, boot) = channel.boot(&PLACE)?;
+            (halves, Rim::LockStep(channel), boot.now)
+        } else {
+            let (mailbox, halves, origin) = Mailbox::boot(&PLACE)?;
+            (halves, Rim::RealTime(mailbox), origin)
+        };
     let identity = node.identity();
     defmt::info!(
         "{=str}: a node of {=u8} axes",
