@@ -17,6 +17,7 @@ use protocol::message::{
     PoseSpeeds, Reply, Request, ServoLaw, StopKind,
 };
 use robots::{Irp6Postument, Joints, Robot, RobotKind};
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// A fifth of the 170 000 instructions that a millisecond has at 170 MHz, one a cycle.
@@ -88,7 +89,8 @@ fn marks(image: &Path, wanted: &[(&str, &str)]) -> Result<String, String> {
             return Err(format!("{name} is one function with another mark"));
         }
         addresses.push(address);
-        out += &format!(",{role}={address:#x}");
+        // a string takes everything
+        let _ = write!(out, ",{role}={address:#x}");
     }
     Ok(out)
 }

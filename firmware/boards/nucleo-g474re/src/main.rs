@@ -4,7 +4,7 @@
 //!  4  tick   500 µs: emergency stop, brake, safe torque off, light, watchdog. Above everything, and short
 //!  3  can_…  takes what has come: a receive queue has room for 3 frames, 330 µs, so it cannot wait for a step
 //!  2  step   the servo steps of the node, whenever one is due
-//!  1  work   what they order of the ECP; it has up to 16 ms
+//!  1  work   what they order of the ECP, which has up to 16 ms for it; identity and images
 //!  0  idle   the log
 //! ```
 //! What is no register is in `board`; `README.md` has the pins and what the light says.
@@ -19,29 +19,23 @@ mod pins;
 mod app {
     use crate::pins;
     use board::alive::{Alive, Periods, Token};
-    use board::config;
     use board::guard::Category;
     use board::rim::{Call, Rim};
-    use board::tandem::{Background, Halves};
     use board::tick::Tick;
     use board::time_base::{Beat, stamped};
     use board::torque::Delays;
     use board_cortex_m::place::Place;
     use board_cortex_m::{kept, log, report, rtt, stack};
-    use board_stm32g4::can::{self, Can};
-    use board_stm32g4::clock::{self, Clock, Watchdog};
-    use board_stm32g4::flash::{Flash, bank_2_is_first};
+    use board_stm32g4::can::Can;
+    use board_stm32g4::clock::{Clock, Watchdog};
     use board_stm32g4::pin::Pin;
-    use board_stm32g4::unique_id;
-    use cortex_m::peripheral::SCB;
+    use board_stm32g4::start::{Below, Peripherals, Places, start};
     use embedded_hal::digital::InputPin;
     use firmware::{Port, Received};
     use programs::Linked;
-    use protocol::budget::Rates;
     use protocol::frame::Frame;
     use protocol::message::NodeState;
     use protocol::time::Micros;
-    use protocol::transfer::Mtu;
     use rtic::Mutex;
     use stm32g4::stm32g474::Interrupt;
 
@@ -63,7 +57,8 @@ mod app {
         tokens: [1000, 3000, 4000],
         opens: 1500,
     };
-    /// For so long idle may have to wait for the work of the ECP; a node whose ECP takes longer has stopped already.
+    /// For so long idle may have to wait for work: a node whose ECP takes longer has stopped already, and a page of flash
+    /// is erased in 25 ms.
     const LONGEST_WORK: Micros = Micros::from_millis(40);
     static PLACE: Place<NODE_BYTES> = Place::new();
 
@@ -78,7 +73,7 @@ mod app {
         /// From the step to the tick, and back.
         state: Option<NodeState>,
         call: Option<Call>,
-        /// Since when the ECP is at work.
+        /// Since when there is work.
         at_work: Option<Micros>,
     }
 
@@ -87,60 +82,37 @@ mod app {
         tick: Tick<Pin, Pin>,
         watchdog: Watchdog,
         rim: Option<Rim<'static>>,
-        background: Option<&'static mut dyn Background>,
+        below: Option<Below>,
         received: heapless::Vec<Received, RECEIVED>,
     }
 
-    #[init]
+    #[init(local = [places: Places = Places::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let p = cx.device;
         let cause = board::reset::cause_of_rcc_csr(p.RCC.csr().read().bits());
         p.RCC.csr().modify(|_, w| w.rmvf().set_bit());
         let begun = kept::begin(cause);
         let mut panel = pins::start(&p.RCC, &p.GPIOA, &p.GPIOB, &p.GPIOC);
-        if clock::start(&p.RCC, &p.PWR, &p.FLASH).is_none() {
-            // no crystal, no CAN: again, without torque
-            SCB::sys_reset();
-        }
-        // SAFETY: what is written are the two pages of the configuration, in front of the image or behind it
-        let mut flash = unsafe { Flash::new(p.FLASH, bank_2_is_first(&p.RCC, &p.SYSCFG)) };
-        let pages = flash.configuration(cfg!(feature = "slot"));
-        let found = config::load(pages, panel.reset.is_high().unwrap_or(false));
-        if !found.stored {
-            defmt::error!("the configuration could not be saved");
-        }
-        let mtu = found.boot.as_ref().map_or(Mtu::Fd, |b| b.station.mtu);
-        let (timing, rates) = match mtu {
-            Mtu::Fd => (&can::FD, Rates::FD_1M_5M),
-            Mtu::Classic => (&can::CLASSIC, Rates::CLASSIC_1M),
+        let anew = panel.reset.is_high().unwrap_or(false);
+        let peripherals = Peripherals {
+            rcc: p.RCC,
+            pwr: p.PWR,
+            flash: p.FLASH,
+            syscfg: p.SYSCFG,
+            tim2: p.TIM2,
+            tim3: p.TIM3,
         };
-        // SAFETY: `init` runs once
-        let Ok(buses) = (unsafe { can::start(timing) }) else {
-            SCB::sys_reset();
-        };
-        let mut clock = Clock::new(p.TIM2, &p.TIM3);
-        let now = clock.now();
-        let made = found.boot.and_then(|mut boot| {
-            (boot.now, boot.station.unique_id) = (now, unique_id());
-            let effector = boot.station.effector;
-            boot.node_with::<Linked>(&PLACE).ok().zip(Some(effector))
-        });
-        let (rim, background) = match made {
-            Some((Halves { node, background }, effector)) => {
-                (Some(Rim::new(node, effector, mtu, rates)), Some(background))
-            }
-            None => (None, None),
-        };
-        let period = rim
-            .as_ref()
-            .map_or(0, |r| r.node().identity().servo_step_us);
+        let (in_slot, places) = (cfg!(feature = "slot"), cx.local.places);
+        // SAFETY: `init` runs once; `build.rs` links the image for a slot, or so that it leaves the last two pages alone
+        let mut started = unsafe { start::<Linked, _>(peripherals, &begun, anew, in_slot, &PLACE, places) };
+        let now = started.clock.now();
         stack::repaint();
         let shared = Shared {
-            clock,
+            clock: started.clock,
             alive: Alive::new(now, PERIODS),
             inbox: Inbox::default(),
-            buses,
-            beat: Beat::new(Micros(u64::from(period))),
+            buses: started.buses,
+            beat: Beat::new(started.period),
             state: None,
             call: None,
             at_work: None,
@@ -148,8 +120,8 @@ mod app {
         let local = Local {
             tick: Tick::new(now, panel, CATEGORY, DELAYS, begun.now),
             watchdog: Watchdog::start(p.IWDG, &p.DBGMCU),
-            rim,
-            background,
+            rim: started.rim,
+            below: started.below,
             received: heapless::Vec::new(),
         };
         (shared, local)
@@ -244,17 +216,15 @@ mod app {
     }
 
     /// Of another one.
-    #[task(binds = I2C4_ER, priority = 1, local = [background], shared = [clock, at_work])]
+    #[task(binds = I2C4_ER, priority = 1, local = [below], shared = [clock, at_work])]
     fn work(cx: work::Context) {
         let mut s = cx.shared;
-        if let Some(background) = cx.local.background
-            && background.take_order()
-        {
-            let now = s.clock.lock(Clock::now);
-            s.at_work.lock(|since| *since = Some(now));
-            background.work();
-            s.at_work.lock(|since| *since = None);
+        let now = s.clock.lock(Clock::now);
+        s.at_work.lock(|since| *since = Some(now));
+        if let Some(below) = cx.local.below {
+            below.work();
         }
+        s.at_work.lock(|since| *since = None);
     }
 
     #[idle(shared = [clock, alive, inbox, buses, beat])]

@@ -6,6 +6,7 @@
 //! | [`can`] | the three FDCAN and their bit rates |
 //! | [`flash`] | both banks, and the two pages of the configuration |
 //! | [`pin`] | a pin as embedded-hal has it |
+//! | [`start`] | from reset to a node |
 //!
 //! Its registers are those of `stm32g4`, which is made from ST's description of the processor. No HAL: the images of
 //! this project must link without a reachable panic, and one with stm32g4xx-hal 0.1 and fdcan 0.2 did not.
@@ -16,6 +17,7 @@ pub mod can;
 pub mod clock;
 pub mod flash;
 pub mod pin;
+pub mod start;
 
 use board::mcan::Words as _;
 use board_cortex_m::window::Window;
