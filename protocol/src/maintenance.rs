@@ -366,6 +366,12 @@ pub enum MaintenanceRefusal {
 
 // schema: end
 
+/// What images are made for, by its name; `None` if that is longer than [`MAX_TARGET`].
+#[must_use]
+pub fn target(name: &str) -> Option<heapless::String<MAX_TARGET>> {
+    name.try_into().ok()
+}
+
 impl MaintenanceRequest {
     /// The epoch of the lease that it claims, if it changes something.
     #[must_use]

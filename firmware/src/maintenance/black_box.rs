@@ -44,7 +44,12 @@ const LATER_AT: usize = 60;
 /// The memory a black box of so many axes needs, bytes.
 #[must_use]
 pub const fn bytes(axes: usize) -> usize {
-    HEADER + (FINE + COARSE) * (STEP + AXIS * axes)
+    HEADER.saturating_add((FINE + COARSE).saturating_mul(sample_bytes(axes)))
+}
+
+/// Bytes of a sample.
+const fn sample_bytes(axes: usize) -> usize {
+    STEP.saturating_add(AXIS.saturating_mul(axes))
 }
 
 const _: () = assert!(bytes(6) == 8184 && bytes(MAX_AXES) == 10504);
@@ -206,7 +211,8 @@ impl<M: Memory> BlackBox<M> {
 
     const fn at(&self, ring: usize, place: usize) -> usize {
         let before = if ring == 0 { 0 } else { FINE };
-        HEADER + (before + place) * (STEP + AXIS * self.axes)
+        let samples = place.saturating_add(before);
+        HEADER.saturating_add(samples.saturating_mul(sample_bytes(self.axes)))
     }
 
     /// The signals of one servo step. Bounded and short: for the step itself.
@@ -267,10 +273,9 @@ impl<M: Memory> BlackBox<M> {
                 let [_, coarse] = &mut self.rings;
                 let place = coarse.push(COARSE);
                 let to = self.at(1, place);
-                let length = STEP + AXIS * self.axes;
-                let from = oldest..oldest.saturating_add(length);
-                if to.saturating_add(length) <= self.memory.bytes().len() {
-                    self.memory.bytes_mut().copy_within(from, to);
+                for k in 0..sample_bytes(self.axes) {
+                    let byte: [u8; 1] = self.get(oldest.saturating_add(k)).unwrap_or_default();
+                    self.put(to.saturating_add(k), &byte);
                 }
             }
         }
@@ -279,14 +284,15 @@ impl<M: Memory> BlackBox<M> {
         let at = self.at(0, place);
         let code = signals.fault.map_or(0, |fault| fault.cause.code());
         self.put(at, &signals.step.to_le_bytes());
-        self.put(at + 4, &code.to_le_bytes());
-        self.put(at + 6, &[state_number(signals.state), 0]);
+        self.put(at.saturating_add(4), &code.to_le_bytes());
+        let state = [state_number(signals.state), 0];
+        self.put(at.saturating_add(6), &state);
         for k in 0..self.axes {
             let axis = signals.axes.get(k).copied().unwrap_or_default();
-            let at = at + STEP + AXIS * k;
+            let at = at.saturating_add(sample_bytes(k));
             self.put(at, &axis.actual.to_le_bytes());
-            self.put(at + 4, &axis.error.to_le_bytes());
-            self.put(at + 6, &axis.current_ma.to_le_bytes());
+            self.put(at.saturating_add(4), &axis.error.to_le_bytes());
+            self.put(at.saturating_add(6), &axis.current_ma.to_le_bytes());
         }
     }
 
@@ -384,9 +390,13 @@ impl<M: Memory> BlackBox<M> {
     /// Samples of a record from a number on, the oldest is 0; empty beyond the last. `None` if there is no such record.
     pub fn samples(&self, record: u32, first: u16) -> Option<heapless::Vec<Sample, SAMPLE_BATCH>> {
         self.first_fault().filter(|found| found.record == record)?;
-        let numbers = usize::from(first)..;
-        let samples = numbers.take(SAMPLE_BATCH).map_while(|k| self.sample(k));
-        Some(samples.collect())
+        let numbers = (0..SAMPLE_BATCH).map(|k| usize::from(first).saturating_add(k));
+        let mut samples = heapless::Vec::new();
+        for sample in numbers.map_while(|k| self.sample(k)) {
+            // no more than a batch
+            let _ = samples.push(sample);
+        }
+        Some(samples)
     }
 
     fn sample(&self, k: usize) -> Option<Sample> {
@@ -400,15 +410,15 @@ impl<M: Memory> BlackBox<M> {
             }
             self.at(0, fine.place(k, FINE))
         };
-        let [low, high, state] = self.get(at + 4)?;
+        let [low, high, state] = self.get(at.saturating_add(4))?;
         let mut axes = PerAxis::new();
         for axis in 0..self.axes {
-            let at = at + STEP + AXIS * axis;
+            let at = at.saturating_add(sample_bytes(axis));
             // no more than MAX_AXES: checked by `open`
             let _ = axes.push(AxisSample {
                 actual: i32::from_le_bytes(self.get(at)?),
-                error: i16::from_le_bytes(self.get(at + 4)?),
-                current_ma: i16::from_le_bytes(self.get(at + 6)?),
+                error: i16::from_le_bytes(self.get(at.saturating_add(4))?),
+                current_ma: i16::from_le_bytes(self.get(at.saturating_add(6))?),
             });
         }
         Some(Sample {

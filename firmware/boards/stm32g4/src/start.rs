@@ -19,7 +19,7 @@ use firmware::update::Updater;
 use firmware::update::slots::Slots;
 use firmware::update::stm32g474::LAYOUT;
 use protocol::budget::Rates;
-use protocol::maintenance::Slot;
+use protocol::maintenance::{Slot, target};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use stm32g4::stm32g474::{FLASH, PWR, RCC, SYSCFG, TIM2, TIM3};
@@ -167,7 +167,7 @@ fn node<L: Linked, const BYTES: usize>(
 ) -> Option<(Rim<'static>, Below)> {
     let Halves { node, background } = boot.node_with::<L>(place).ok()?;
     let start = Start {
-        target: TARGET.try_into().ok()?,
+        target: target(TARGET)?,
         cause: begun.now.cause,
         boots: begun.now.resets.saturating_add(1),
     };
