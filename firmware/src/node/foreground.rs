@@ -124,7 +124,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         }
     }
 
-    /// When [`Node::step`] must be called next, local time.
+    /// When [`Self::step`] must be called next, local time.
     pub fn next_wake(&self) -> Micros {
         match self.next_servo {
             Some(at) if at < self.next_sync => at,

@@ -53,9 +53,6 @@ struct Args {
     /// The task in real time by the mailbox, and nothing else: not proven to come to its end
     #[arg(long)]
     real_time: bool,
-    /// What the work of the ECP costs, and nothing else
-    #[arg(long)]
-    only_work: bool,
     /// Print the log of the image
     #[arg(long)]
     log: bool,
@@ -87,11 +84,6 @@ fn run(args: &Args) -> Result<(), String> {
     }
     let made_of = Image::read(&setup.image)?;
     made_of.examine()?;
-    if args.only_work {
-        let figures = cost::plans(KIND, &setup.image, &args.plugin)?;
-        figures.iter().for_each(|figure| println!("{figure:?}"));
-        return Ok(());
-    }
     compare_traces(&setup, args.traces)?;
     let life = closed_loop(&setup, args)?;
     let mut figures = vec![
