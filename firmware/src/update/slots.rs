@@ -225,8 +225,9 @@ impl<F: NorFlash> Slots<F> {
         }
         let mut chunk = [0xFF; IMAGE_CHUNK];
         image::put(&mut chunk, 0, bytes);
-        let writable = bytes.len().next_multiple_of(F::WRITE_SIZE);
-        let chunk = chunk.get(..writable).ok_or(MaintenanceRefusal::Storage)?;
+        let writable = bytes.len().checked_next_multiple_of(F::WRITE_SIZE);
+        let chunk = writable.and_then(|length| chunk.get(..length));
+        let chunk = chunk.ok_or(MaintenanceRefusal::Storage)?;
         self.flash.write(at, chunk).map_err(storage)?;
         if self.holds(slot, offset, bytes)? {
             Ok(())

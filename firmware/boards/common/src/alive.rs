@@ -18,6 +18,10 @@ pub enum Token {
     Idle = 2,
 }
 
+/// For so long idle may have to wait for the work below the servo steps, which then tells its token: a node whose ECP takes longer
+/// has stopped already, and a page of flash is erased in 25 ms.
+pub const LONGEST_WORK: Micros = Micros::from_millis(40);
+
 /// Of [`Token`].
 const TOKENS: usize = 3;
 

@@ -18,8 +18,9 @@ mod pins;
 #[rtic::app(device = stm32g4::stm32g474, peripherals = true)]
 mod app {
     use crate::pins;
-    use board::alive::{Alive, Periods, Token};
+    use board::alive::{Alive, LONGEST_WORK, Token};
     use board::guard::Category;
+    use board::reset::cause_of_rcc_csr;
     use board::rim::{Call, Rim};
     use board::tick::Tick;
     use board::time_base::{Beat, stamped};
@@ -27,7 +28,7 @@ mod app {
     use board_cortex_m::place::Place;
     use board_cortex_m::{kept, log, report, rtt, stack};
     use board_stm32g4::can::Can;
-    use board_stm32g4::clock::{Clock, Watchdog};
+    use board_stm32g4::clock::{Clock, PERIODS, Watchdog};
     use board_stm32g4::pin::Pin;
     use board_stm32g4::start::{Below, Peripherals, Places, start};
     use embedded_hal::digital::InputPin;
@@ -52,14 +53,6 @@ mod app {
         opens_after: 30_000,
         closes_within: 100_000,
     };
-    /// Within what the watchdog takes: food from 1 ms to 5 ms behind the last, by a clock of 5 %.
-    const PERIODS: Periods = Periods {
-        tokens: [1000, 3000, 4000],
-        opens: 1500,
-    };
-    /// For so long idle may have to wait for work: a node whose ECP takes longer has stopped already, and a page of flash
-    /// is erased in 25 ms.
-    const LONGEST_WORK: Micros = Micros::from_millis(40);
     static PLACE: Place<NODE_BYTES> = Place::new();
 
     #[shared]
@@ -89,22 +82,15 @@ mod app {
     #[init(local = [places: Places = Places::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let p = cx.device;
-        let cause = board::reset::cause_of_rcc_csr(p.RCC.csr().read().bits());
+        let begun = kept::begin(cause_of_rcc_csr(p.RCC.csr().read().bits()));
         p.RCC.csr().modify(|_, w| w.rmvf().set_bit());
-        let begun = kept::begin(cause);
         let mut panel = pins::start(&p.RCC, &p.GPIOA, &p.GPIOB, &p.GPIOC);
         let anew = panel.reset.is_high().unwrap_or(false);
-        let peripherals = Peripherals {
-            rcc: p.RCC,
-            pwr: p.PWR,
-            flash: p.FLASH,
-            syscfg: p.SYSCFG,
-            tim2: p.TIM2,
-            tim3: p.TIM3,
-        };
+        let peripherals = Peripherals(p.RCC, p.PWR, p.FLASH, p.SYSCFG, p.TIM2, p.TIM3);
         let (in_slot, places) = (cfg!(feature = "slot"), cx.local.places);
         // SAFETY: `init` runs once; `build.rs` links the image for a slot, or so that it leaves the last two pages alone
-        let mut started = unsafe { start::<Linked, _>(peripherals, &begun, anew, in_slot, &PLACE, places) };
+        let mut started =
+            unsafe { start::<Linked, _>(peripherals, &begun, anew, in_slot, &PLACE, places) };
         let now = started.clock.now();
         stack::repaint();
         let shared = Shared {

@@ -1,5 +1,6 @@
 //! 170 MHz from the crystal, the counters of microseconds, and the watchdog.
 
+use board::alive::Periods;
 use board::time_base::TimeBase;
 use protocol::time::Micros;
 use stm32g4::stm32g474::{DBGMCU, FLASH, IWDG, PWR, RCC, TIM2, TIM3};
@@ -85,6 +86,12 @@ impl Clock {
         self.now()
     }
 }
+
+/// Within what the [`Watchdog`] takes.
+pub const PERIODS: Periods = Periods {
+    tokens: [1000, 3000, 4000],
+    opens: 1500,
+};
 
 /// The independent watchdog, by its own oscillator of 32 kHz within 5 %: it takes food from 1 ms to 5 ms behind the last.
 pub struct Watchdog(IWDG);

@@ -29,21 +29,8 @@ const TARGET: &str = "stm32g474";
 /// An answer that was made has left the controller after so long, cycles: 20 ms.
 const FAREWELL: u32 = clock::HZ / 50;
 
-/// What of the processor the node needs.
-pub struct Peripherals {
-    /// Clocks and resets.
-    pub rcc: RCC,
-    /// Power.
-    pub pwr: PWR,
-    /// Flash.
-    pub flash: FLASH,
-    /// Which bank is where.
-    pub syscfg: SYSCFG,
-    /// Microseconds.
-    pub tim2: TIM2,
-    /// Their lowest bits.
-    pub tim3: TIM3,
-}
+/// What of the processor the node needs: clocks, power, flash with its banks, and the two timers of its time.
+pub struct Peripherals(pub RCC, pub PWR, pub FLASH, pub SYSCFG, pub TIM2, pub TIM3);
 
 /// Where things are that have to stay for ever.
 pub struct Places {
@@ -102,20 +89,20 @@ impl Below {
 /// # Safety
 /// To be called once. The image is in the slot that is shown, or `in_slot` is false and it leaves the last two pages alone.
 pub unsafe fn start<L: Linked, const BYTES: usize>(
-    p: Peripherals,
+    Peripherals(rcc, pwr, flash, syscfg, tim2, tim3): Peripherals,
     begun: &Begun,
     anew: bool,
     in_slot: bool,
     place: &'static Place<BYTES>,
     places: &'static mut Places,
 ) -> Started {
-    if clock::start(&p.rcc, &p.pwr, &p.flash).is_none() {
+    if clock::start(&rcc, &pwr, &flash).is_none() {
         // no crystal, no CAN: again, without torque
         SCB::sys_reset();
     }
-    let bank_2_first = bank_2_is_first(&p.rcc, &p.syscfg);
+    let bank_2_first = bank_2_is_first(&rcc, &syscfg);
     // SAFETY: what is written are the two pages of the configuration and, in a slot, the log and the other slot
-    let mut flash = unsafe { Flash::new(p.flash, bank_2_first) };
+    let mut flash = unsafe { Flash::new(flash, bank_2_first) };
     let found = config::load(flash.configuration(in_slot), anew);
     if !found.stored {
         defmt::error!("the configuration could not be saved");
@@ -129,7 +116,7 @@ pub unsafe fn start<L: Linked, const BYTES: usize>(
     let Ok(buses) = (unsafe { can::start(timing) }) else {
         SCB::sys_reset();
     };
-    let mut clock = Clock::new(p.tim2, &p.tim3);
+    let mut clock = Clock::new(tim2, &tim3);
     let boot = found.boot.map(|mut boot| {
         (boot.now, boot.station.unique_id) = (clock.now(), unique_id());
         boot
