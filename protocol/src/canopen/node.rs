@@ -119,7 +119,7 @@ mod tests {
         for function in masters.into_iter().chain([Function::SdoRequest]) {
             assert!(is_from_master(drive.cob(function), master), "{function:?}");
         }
-        for cob in [0x000, 0x080, 0x100, 0x7E5, 0x77F] {
+        for cob in [0x000, 0x080, 0x100, 0x200, 0x7E5, 0x77F] {
             assert!(is_from_master(cob, master), "{cob:03X}");
         }
         let drives = [
@@ -136,7 +136,7 @@ mod tests {
         for function in drives.into_iter().chain(others) {
             assert!(!is_from_master(drive.cob(function), master), "{function:?}");
         }
-        for cob in [0x001, 0x101, 0x200, 0x600, 0x680, 0x7E4, 0x7FF] {
+        for cob in [0x001, 0x101, 0x600, 0x680, 0x7E4, 0x7FF] {
             assert!(!is_from_master(cob, master), "{cob:03X}");
         }
     }
