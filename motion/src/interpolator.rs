@@ -19,7 +19,7 @@
 //! constants, such that these stay within the hard limits wherever on the path, or tail, the rate changes.
 //! (Steps of acceleration in cubic segments come on top of the jerk.)
 //!
-//! **Numbers.** Knots come and are checked in f64; set-points are made of them in fixed point ([`Angle`](crate::Angle)) and f32, which cost a
+//! **Numbers.** Knots come and are checked in f64; set-points are made of them in fixed point ([`Angle`]) and f32, which cost a
 //! microcontroller a fiftieth. The stop tail and a quick stop, which are rare, are computed in f64 and end in the same numbers.
 //!
 //! Times are the caller's integer microseconds; at rate 1, path time is that time less a constant.

@@ -3,7 +3,7 @@
 //! From motors to joints it goes as [`Robot::joints`](crate::Robot::joints) does, but in f32. It can only accept: what
 //! it does not accept is decided by that function and [`Robot::check_joints`](crate::Robot::check_joints), in f64. So
 //! the decision is theirs always, and a microcontroller needs them only near a limit. f32 is off by 2.4e-5 rad at most, and a joint
-//! held by parallelograms by twice that: less than a tenth of [`MARGIN`].
+//! held by parallelograms by twice that: less than a tenth of `MARGIN`.
 
 use motion::Angle;
 

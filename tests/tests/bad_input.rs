@@ -212,12 +212,12 @@ fn a_cell_whose_drives_have_not_enough_bus() {
         "bus = \"track-wrist\", axes = [5, 6, 7]",
     ];
     assert!(split.iter().all(|part| cell.contains(part)));
-    let crowded: String = cell
-        .replace(split[0], "axes = [1, 2, 3, 4, 5, 6, 7]")
+    let crowded = cell.replace(split[0], "axes = [1, 2, 3, 4, 5, 6, 7]");
+    let lines: Vec<&str> = crowded
         .lines()
         .filter(|line| !line.contains(split[1]))
-        .map(|line| format!("{line}\n"))
         .collect();
+    let crowded = lines.join("\n");
     let file = scratch.file("cell.toml", &crowded);
     let arguments = |json: bool| {
         let words: [OsString; 3] = ["bus".into(), "load".into(), file.clone().into()];

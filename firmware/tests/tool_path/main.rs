@@ -153,11 +153,8 @@ impl Run {
             },
         );
         let motors = |motion: &JointMotion<N>| self.arm.robot.motor_motion(motion).unwrap();
-        let mut edp = Interpolator::<N, 8>::new(
-            [wide; N],
-            motors(&self.knots[0]).position.0.map(Angle::bound),
-        )
-        .unwrap();
+        let first = motors(&self.knots[0]).position.0.map(Angle::bound);
+        let mut edp = Interpolator::<N, 8>::new([wide; N], first).unwrap();
         edp.start(0).unwrap();
         let mut knots = self.knots[1..].iter();
         let (mut at_us, mut out) = (0, Vec::new());

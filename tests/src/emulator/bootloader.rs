@@ -29,7 +29,7 @@ const DECIDED: &str = "GPIOI: unimplemented device write (size 4, offset 0x014, 
 const PROGRAMMED: &str =
     "GPIOI: unimplemented device write (size 4, offset 0x014, value 0x00000001)";
 
-/// The least program: it tells the emulator to end with success (semihosting, SYS_EXIT of application exit).
+/// The least program: it tells the emulator to end with success (semihosting, `SYS_EXIT` of application exit).
 ///
 /// ```text
 ///   movs r0, #0x18

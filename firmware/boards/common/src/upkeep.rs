@@ -226,14 +226,17 @@ mod test {
         let clerks = Librarian::<Torn>::new(start.target.clone(), None);
         let desk = Desk::new();
         let mut clerk = Clerk::new(clerks, &desk);
-        let mut node = Scripted::default();
-        node.to_ask = vec![
+        let to_ask = vec![
             MaintenanceRequest::Restart { epoch: 1 },
             MaintenanceRequest::Image,
             MaintenanceRequest::Identify,
             MaintenanceRequest::FirstFault,
             MaintenanceRequest::ResetCause,
         ];
+        let mut node = Scripted {
+            to_ask,
+            ..Scripted::default()
+        };
         let memory = vec![0; bytes(1)].leak();
         let black_box = BlackBox::open(memory, 1).unwrap();
         let recorder = Recorder::new(start, black_box);
