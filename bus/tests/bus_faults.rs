@@ -21,7 +21,7 @@ fn length(frame: &Frame) -> u64 {
 fn run(wire: &mut Wire, until_ns: u64) -> Vec<(u64, Tap)> {
     let mut log = Vec::new();
     wire.advance(until_ns, &mut |d: Delivery<'_>, _: &mut Outbox<'_>| {
-        log.push((d.at_ns, d.from))
+        log.push((d.at_ns, d.from));
     });
     log
 }
@@ -42,8 +42,10 @@ fn wrecking_one_node_sends_it_off_and_leaves_the_others_active() {
         }
     }
     let log = run(&mut wire, 80_000_000);
-    use State::{Active, BusOff};
-    assert_eq!(states(&wire, 4), [Active, Active, BusOff, Active]);
+    assert_eq!(
+        states(&wire, 4),
+        [State::Active, State::Active, State::BusOff, State::Active]
+    );
     assert_eq!(
         (wire.statistics().errors, wire.statistics().bus_off),
         (32, 1)
@@ -59,7 +61,7 @@ fn wrecking_one_node_sends_it_off_and_leaves_the_others_active() {
     assert!(run(&mut wire, back).is_empty());
     let log = run(&mut wire, back + length(&frame(0x182, &[0x55; 6])));
     assert_eq!(log.len(), 1, "{back} {log:?}");
-    assert_eq!(states(&wire, 4), [Active; 4]);
+    assert_eq!(states(&wire, 4), [State::Active; 4]);
 }
 
 #[test]
