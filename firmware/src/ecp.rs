@@ -5,7 +5,7 @@
 //! and gives the EDP the motion state to be attained next. No clock, no bus: time is an argument.
 //!
 //! It has two sides. The [`agenda`] is what it has been told; it belongs to the servo step and answers at
-//! once. [`Ecp`] is the work itself, which may take as long as half a macrostep: it is given an order, works,
+//! once. [`Ecp`] is the work itself, which may take as long as eight of the ten servo steps of a macrostep: it is given an order, works,
 //! and has a plan, and in between nobody looks at it. So it may be preempted by servo steps.
 //!
 //! Where to add: a generator is a file in `ecp/generator`, a condition a type in

@@ -7,10 +7,10 @@
 //! The age of feedback is one cycle, constantly. [`Node::step`] is called whenever
 //! [`Node::next_wake`] has come, or earlier with frames that have arrived; it decides what is due.
 //!
-//! A node has two halves. The [`Foreground`] has the servo period as its deadline; the [`Ecp`] has half a
-//! macrostep, as an order and a plan ([`Foreground::take_order`], [`Ecp::work`]). [`Node::step`] does
+//! A node has two halves. The [`Foreground`] has the servo period as its deadline; the [`Ecp`] has eight of the ten
+//! servo steps of a macrostep, as an order and a plan ([`Foreground::take_order`], [`Ecp::work`]). [`Node::step`] does
 //! both one after the other; a board lets servo steps preempt the ECP ([`Node::halves`]). What comes of it is the
-//! same, since a plan is taken when half a macrostep has passed and not before.
+//! same, since a plan is taken when the time of the hand-over has passed and not before.
 
 mod foreground;
 mod keep;

@@ -1,6 +1,6 @@
 //! What the ECP has been told, and how far it is: the side of it that answers requests at once.
 //!
-//! The other side, [`Ecp`](super::Ecp), may be at work for half a macrostep; nothing here waits for it.
+//! The other side, [`Ecp`](super::Ecp), may be at work for most of a macrostep; nothing here waits for it.
 
 use crate::capacity::{KNOT_INBOX, PATH_ELEMENTS_PER_MACROSTEP, PATH_INBOX};
 use protocol::fault::Refusal;

@@ -454,7 +454,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         Ok(Reply::Accepted)
     }
 
-    /// The ECP, if it has nothing to do. For half a macrostep after an instruction was aborted it may still be at
+    /// The ECP, if it has nothing to do. For the time of a hand-over after an instruction was aborted it may still be at
     /// work on its last step.
     fn ecp_at_hand<'a, P, const W: usize>(
         &self,

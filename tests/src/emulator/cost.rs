@@ -22,8 +22,8 @@ use std::path::Path;
 
 /// A fifth of the 170 000 instructions that a millisecond has at 170 MHz, one a cycle.
 const TARGET: u64 = 34_000;
-/// Half of the 1 700 000 that half a macrostep of 20 ms has: the time from an order to its plan.
-const WORK: u64 = 850_000;
+/// Half of the 2 720 000 that 16 ms have: the time from an order to its plan.
+const WORK: u64 = 1_360_000;
 /// A hundredth of a millisecond.
 const INTERPOLATION: u64 = 1700;
 /// Per cent by which compilers may differ.

@@ -43,7 +43,7 @@ impl<T> Tray<T> {
 pub trait Background: Send {
     /// Is work ordered? It is taken then.
     fn take_order(&mut self) -> bool;
-    /// The work that was taken. Half a macrostep must be enough for it, else the node stops with a fault.
+    /// The work that was taken. Eight of the ten servo steps of a macrostep must be enough for it, else the node stops with a fault.
     fn work(&mut self);
 }
 
