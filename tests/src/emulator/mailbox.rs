@@ -1,9 +1,10 @@
-//! The emulated node in real time: the image runs by its own timer and waits for nobody; the cell runs as
-//! far as the image's clock has come. Nothing here is repeatable, and no deadline is promised.
+//! The emulated node in real time: the image runs by its own timer, and the cell as far as the image's clock has
+//! come. Where this computer does not keep up, the image's time is held, and for how long is told. When frames come is
+//! not repeatable here, and no deadline is promised.
 
 use super::machine::PROGRAM;
 use board::boot::Boot;
-use board::mailbox::{self, FROM_IMAGE, Memory, TO_IMAGE};
+use board::mailbox::{self, FROM_IMAGE, Memory, TO_IMAGE, Told};
 use firmware::process::NodeProcess;
 use firmware::{Port, Received};
 use protocol::frame::Frame;
@@ -48,6 +49,8 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Frames that found no room, to the image and from it.
     pub lost: [u64; 2],
+    /// Time for which the image's clock was held, s, since the cell was behind it.
+    pub held_s: f64,
     /// What went wrong.
     pub problem: Option<String>,
 }
@@ -133,15 +136,16 @@ impl RealTimeNode {
         Err(io::Error::other("the image makes no such node"))
     }
 
-    /// Waits until the image's clock has come so far.
-    fn wait(&mut self, now: Micros) -> Result<u64, String> {
+    /// Says that the cell has come so far, and waits until the image's clock has.
+    fn wait(&mut self, now: Micros) -> Result<Told, String> {
         let wanted = now.since(self.origin).0 / TICK.0;
+        // no run is as long as 2³² half milliseconds
+        mailbox::reached(&mut self.memory, u32::try_from(wanted).unwrap_or(u32::MAX));
         let begun = Instant::now();
         loop {
-            let (ticks, lost) = mailbox::told(&mut self.memory);
-            // no run is as long as 2³² half milliseconds
+            let told @ Told { ticks, .. } = mailbox::told(&mut self.memory);
             if u64::from(ticks) >= wanted {
-                return Ok(u64::from(lost));
+                return Ok(told);
             }
             if begun.elapsed() > PATIENCE {
                 return Err(format!("the image's clock stands still at {ticks}"));
@@ -166,7 +170,10 @@ impl NodeProcess for RealTimeNode {
         let [to_image, from_image] = &mut outcome.lost;
         *to_image += lost;
         match waited {
-            Ok(lost) => *from_image = lost,
+            Ok(told) => {
+                *from_image = u64::from(told.lost);
+                outcome.held_s = Micros(u64::from(told.held) * TICK.0).as_secs_f64();
+            }
             Err(problem) => {
                 outcome.problem.get_or_insert(problem);
                 // never again

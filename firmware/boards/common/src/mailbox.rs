@@ -1,5 +1,9 @@
 //! The real-time mailbox: memory that the image and its host share, with a ring of frames each way, the
-//! boot message, and the image's clock. Nobody waits in it: a full ring is a lost frame, which is counted.
+//! boot message, and two clocks. A full ring is a lost frame, which is counted.
+//!
+//! The image goes by its own timer and the cell follows it. Where neither is a machine in real time, one of them
+//! stands still at times for reasons that are not the robot's; so that a stalled cell is not taken for silent drives,
+//! the image's time is held while the cell is more than [`AHEAD`] behind it, and for how long is counted.
 //!
 //! | offset | bytes | content |
 //! |---|---|---|
@@ -10,6 +14,8 @@
 //! | 16 | 48 | boot message ([`crate::boot::Boot`]) |
 //! | 64 | 4 + 4 | ring to the image: frames written, frames read, modulo 2³² |
 //! | 72 | 4 + 4 | ring from the image: the same |
+//! | 80 | 4 | half milliseconds that the cell has come since then |
+//! | 84 | 4 | half milliseconds for which the image's time was held |
 //! | 128 | 64 · 96 | slots to the image: length (4), frame ([`crate::frames`]) |
 //! | 6272 | 64 · 96 | slots from the image |
 //!
@@ -35,6 +41,10 @@ const IMAGE: u32 = 4;
 const TICKS: u32 = 8;
 const LOST: u32 = 12;
 const BOOT: u32 = 16;
+const WORLD: u32 = 80;
+const HELD: u32 = 84;
+/// So many half milliseconds the image may be ahead of the cell: in its next period the cell answers.
+pub const AHEAD: i32 = 1;
 /// Slots of a ring.
 const SLOTS: u32 = 64;
 /// Bytes of a slot.
@@ -172,16 +182,41 @@ pub fn accepted(memory: &mut impl Memory) -> Option<bool> {
     }
 }
 
-/// Image: its clock, half milliseconds, and the frames it has lost.
-pub fn tell(memory: &mut impl Memory, ticks: u32, lost: u32) {
-    set_word(memory, LOST, lost);
-    set_word(memory, TICKS, ticks);
+/// What the image tells of itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Told {
+    /// Its clock, half milliseconds.
+    pub ticks: u32,
+    /// Frames it has lost.
+    pub lost: u32,
+    /// Half milliseconds for which its time was held.
+    pub held: u32,
 }
 
-/// Host: the image's clock, half milliseconds, and the frames it has lost.
-pub fn told(memory: &mut impl Memory) -> (u32, u32) {
-    let ticks = word(memory, TICKS);
-    (ticks, word(memory, LOST))
+/// Image: how it does.
+pub fn tell(memory: &mut impl Memory, told: Told) {
+    set_word(memory, LOST, told.lost);
+    set_word(memory, HELD, told.held);
+    set_word(memory, TICKS, told.ticks);
+}
+
+/// Host: how the image does.
+pub fn told(memory: &mut impl Memory) -> Told {
+    Told {
+        ticks: word(memory, TICKS),
+        lost: word(memory, LOST),
+        held: word(memory, HELD),
+    }
+}
+
+/// Host: the cell has come so far, half milliseconds, and what it had to send until then is in the ring.
+pub fn reached(memory: &mut impl Memory, ticks: u32) {
+    set_word(memory, WORLD, ticks);
+}
+
+/// Image: would it be more than [`AHEAD`] of the cell at `ticks`?
+pub fn too_early(memory: &mut impl Memory, ticks: u32) -> bool {
+    ticks.wrapping_sub(word(memory, WORLD)).cast_signed() > AHEAD
 }
 
 #[cfg(test)]
@@ -235,12 +270,19 @@ mod test {
     #[test]
     fn both_rings_and_the_words_are_apart() {
         let mut memory = Bytes([0; BYTES]);
-        tell(&mut memory, 0x0102_0304, 7);
+        let how = Told {
+            ticks: 0x0102_0304,
+            lost: 7,
+            held: 9,
+        };
+        tell(&mut memory, how);
+        reached(&mut memory, 0x0506_0708);
         for k in 0..64 {
             assert!(FROM_IMAGE.push(&mut memory, &frame(k)));
             assert!(TO_IMAGE.push(&mut memory, &frame(200 - k)));
         }
-        assert_eq!(told(&mut memory), (0x0102_0304, 7));
+        assert_eq!(told(&mut memory), how);
+        assert!(!too_early(&mut memory, 0x0506_0709));
         assert_eq!(accepted(&mut memory), None);
         for k in 0..64 {
             assert_eq!(TO_IMAGE.pop(&mut memory), Some(frame(200 - k)));
@@ -251,6 +293,18 @@ mod test {
         assert_eq!(offered(&mut memory), None);
         leave(&mut memory);
         assert!(left(&mut memory));
+    }
+
+    #[test]
+    fn the_image_is_a_tick_ahead_of_the_cell_and_no_more() {
+        let mut memory = Bytes([0; BYTES]);
+        for world in [0, 1, u32::MAX - 1, u32::MAX] {
+            reached(&mut memory, world);
+            for (ticks, early) in [(-1, false), (0, false), (1, false), (2, true), (9, true)] {
+                let ticks = world.wrapping_add_signed(ticks);
+                assert_eq!(too_early(&mut memory, ticks), early, "{world} {ticks}");
+            }
+        }
     }
 
     #[test]

@@ -139,8 +139,8 @@ fn SysTick() {
     if OWN.is_none() {
         *OWN = critical_section::with(|cs| SERVO.borrow(cs).take());
     }
-    let stands = OWN.as_mut().is_some_and(Servo::stands);
     let ticks = *TICKS;
+    let stands = OWN.as_mut().is_some_and(|servo| servo.stands(ticks));
     if !stands {
         *TICKS = ticks.wrapping_add(1);
     }
@@ -165,10 +165,16 @@ fn SysTick() {
 }
 
 impl Servo {
-    /// In lock step the time of the cell stands still while the ECP is at work for longer than it may: this
-    /// processor has no time of its own that would mean anything. How often is told in the end, and it is a figure.
-    fn stands(&mut self) -> bool {
-        let stands = matches!(self.rim, Rim::LockStep(_)) && self.node.wants_time();
+    /// The time of the cell stands still while the ECP is at work for longer than it may: this processor has no time
+    /// of its own that would mean anything. How often is told in the end, and it is a figure. In real time it does so
+    /// as well while the cell is behind.
+    fn stands(&mut self, ticks: u64) -> bool {
+        if let Rim::RealTime(mailbox) = &mut self.rim
+            && mailbox.holds(ticks)
+        {
+            return true;
+        }
+        let stands = self.node.wants_time();
         self.stood = self.stood.wrapping_add(u32::from(stands));
         stands
     }

@@ -1,8 +1,8 @@
-//! The node in real time: frames come and go by a mailbox in memory that the host shares. Nobody waits.
+//! The node in real time: frames come and go by a mailbox in memory that the host shares.
 
 use board::boot::Home;
 use board::channel::{MAX_FRAMES, Stepped};
-use board::mailbox::{self, BYTES, FROM_IMAGE, Memory, TO_IMAGE};
+use board::mailbox::{self, BYTES, FROM_IMAGE, Memory, TO_IMAGE, Told};
 use board::tandem::Halves;
 use board_cortex_m::marks::{mrroc_step_begins, mrroc_step_ends};
 use core::sync::atomic::{Ordering, fence};
@@ -53,6 +53,7 @@ impl Memory for Shared {
 pub struct Mailbox {
     memory: Shared,
     lost: u32,
+    held: u32,
 }
 
 impl Mailbox {
@@ -67,7 +68,20 @@ impl Mailbox {
         };
         let made = boot.node_with::<programs::Linked>(home).ok();
         mailbox::accept(&mut memory, made.is_some());
-        Some((Self { memory, lost: 0 }, made?, boot.now))
+        let mailbox = Self {
+            memory,
+            lost: 0,
+            held: 0,
+        };
+        Some((mailbox, made?, boot.now))
+    }
+
+    /// Is time held, because the cell is not as far as this tick wants it?
+    pub fn holds(&mut self, ticks: u64) -> bool {
+        let holds = !mailbox::left(&mut self.memory)
+            && mailbox::too_early(&mut self.memory, ticks as u32);
+        self.held = self.held.wrapping_add(u32::from(holds));
+        holds
     }
 
     /// Takes what has come, and makes a step of the node if one is due at `now`; what it was due for
@@ -93,7 +107,7 @@ impl Mailbox {
         }
         let due = node.next_wake();
         if now >= due {
-            let Self { memory, lost } = self;
+            let Self { memory, lost, .. } = self;
             mrroc_step_begins();
             node.step(due, received, &mut |port, frame| {
                 let at = due;
@@ -104,7 +118,12 @@ impl Mailbox {
             mrroc_step_ends();
             received.clear();
         }
-        mailbox::tell(&mut self.memory, ticks as u32, self.lost);
+        let told = Told {
+            ticks: ticks as u32,
+            lost: self.lost,
+            held: self.held,
+        };
+        mailbox::tell(&mut self.memory, told);
         Some(Stepped::of(node, ticks))
     }
 }
