@@ -481,7 +481,7 @@ pub const UNSYNCHRONISED_SPEED: f64 = 0.2;
 
 fn axes<const N: usize>(values: &[f64]) -> Result<[f64; N], Refusal> {
     let out = <[f64; N]>::try_from(values).map_err(|_| count::<N>(values.len()))?;
-    for (k, value) in out.iter().enumerate() {
+    for (k, value) in (0..N).zip(&out) {
         if !value.is_finite() {
             return Err(Refusal::NotFinite {
                 index: u8::try_from(k).unwrap_or(u8::MAX),

@@ -183,11 +183,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
 
     /// A drive that has become ready since the last call.
     pub fn take_configured(&mut self) -> Option<u8> {
-        let links = self.drives.links().iter().enumerate();
-        for (k, link) in links {
-            let axis = u8::try_from(k).ok()?;
-            if link.is_ready() && self.configured & (1 << axis) == 0 {
-                self.configured |= 1 << axis;
+        for (axis, link) in (0_u8..8).zip(self.drives.links()) {
+            let bit = 1 << (axis & 7);
+            if link.is_ready() && self.configured & bit == 0 {
+                self.configured |= bit;
                 return Some(axis);
             }
         }
@@ -265,7 +264,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         match event {
             Event::Enable { .. } => {
                 self.enabling_since = now;
-                for (k, axis) in self.axes.iter_mut().enumerate() {
+                for (k, axis) in (0..N).zip(&mut self.axes) {
                     axis.settle(0.0);
                     axis.master.reset_fault();
                     if let Some(count) = self.overcurrent.get_mut(k) {

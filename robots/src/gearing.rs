@@ -88,7 +88,7 @@ pub(crate) fn motors<const N: usize>(
     let x = gear_positions(robot, &joints.0);
     let mut motors = [0.0; N];
     let mut previous = 0.0;
-    for (k, ((m, x), axis)) in motors.iter_mut().zip(x).zip(&robot.axes).enumerate() {
+    for (k, ((m, x), axis)) in (0..N).zip(motors.iter_mut().zip(x).zip(&robot.axes)) {
         let travel = match axis.gearing {
             Gearing::Linear { ratio } => ratio * x,
             Gearing::OnPrevious { ratio } => previous + ratio * x,
@@ -110,7 +110,7 @@ pub(crate) fn joints<const N: usize>(
     finite(&motors.0)?;
     let mut joints = [0.0; N];
     let (mut previous_travel, mut previous_x) = (0.0, 0.0);
-    for (k, ((q, m), axis)) in joints.iter_mut().zip(motors.0).zip(&robot.axes).enumerate() {
+    for (k, ((q, m), axis)) in (0..N).zip(joints.iter_mut().zip(motors.0).zip(&robot.axes)) {
         let travel = m - axis.synchro_motor_position;
         let x = match axis.gearing {
             Gearing::Linear { ratio } => travel / ratio,
@@ -151,14 +151,9 @@ pub(crate) fn motor_motion<const N: usize>(
     let ddx = gear_rates(robot, &motion.acceleration);
     let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
     let mut previous = (0.0, 0.0);
-    for (k, ((((dm, ddm), axis), x), (dx, ddx))) in velocity
-        .iter_mut()
-        .zip(&mut acceleration)
-        .zip(&robot.axes)
-        .zip(x)
-        .zip(dx.into_iter().zip(ddx))
-        .enumerate()
-    {
+    let motors = velocity.iter_mut().zip(&mut acceleration);
+    let gears = motors.zip(&robot.axes).zip(x).zip(dx.into_iter().zip(ddx));
+    for (k, ((((dm, ddm), axis), x), (dx, ddx))) in (0..N).zip(gears) {
         previous = match axis.gearing {
             Gearing::Linear { ratio } => (ratio * dx, ratio * ddx),
             Gearing::OnPrevious { ratio } => (previous.0 + ratio * dx, previous.1 + ratio * ddx),
@@ -185,14 +180,10 @@ pub(crate) fn joint_motion<const N: usize>(
     let x = gear_positions(robot, &position.0);
     let (mut velocity, mut acceleration) = ([0.0; N], [0.0; N]);
     let (mut previous_m, mut previous_x) = ((0.0, 0.0), (0.0, 0.0));
-    for (k, ((((dq, ddq), axis), x), (dm, ddm))) in velocity
-        .iter_mut()
-        .zip(&mut acceleration)
-        .zip(&robot.axes)
-        .zip(x)
-        .zip(motion.velocity.into_iter().zip(motion.acceleration))
-        .enumerate()
-    {
+    let joints = velocity.iter_mut().zip(&mut acceleration);
+    let motors = motion.velocity.into_iter().zip(motion.acceleration);
+    let gears = joints.zip(&robot.axes).zip(x).zip(motors);
+    for (k, ((((dq, ddq), axis), x), (dm, ddm))) in (0..N).zip(gears) {
         let (dx, ddx) = match axis.gearing {
             Gearing::Linear { ratio } => (dm / ratio, ddm / ratio),
             Gearing::OnPrevious { ratio } => {

@@ -295,14 +295,9 @@ pub(crate) fn limits_along<const N: usize>(
     let along = gear_rates(robot, &direction);
     let mut limits = UNLIMITED;
     let mut previous = (0.0, 0.0);
-    for (k, (((axis, dq), dx), (a, b))) in robot
-        .axes
-        .iter()
-        .zip(direction)
-        .zip(along)
-        .zip(start.into_iter().zip(end))
-        .enumerate()
-    {
+    let ends = start.into_iter().zip(end);
+    let ways = robot.axes.iter().zip(direction).zip(along).zip(ends);
+    for (k, (((axis, dq), dx), (a, b))) in (0..N).zip(ways) {
         let mut curvature = 0.0;
         previous = match axis.gearing {
             Gearing::Linear { ratio } => (ratio * dx, ratio * dx),

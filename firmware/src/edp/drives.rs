@@ -16,6 +16,7 @@ use protocol::canopen::{nmt, node::NodeId as DriveId};
 use protocol::fault::Cause;
 use protocol::frame::{Frame, Id};
 use protocol::time::Micros;
+use protocol::units::MAX_AXES;
 
 /// What one axis reported for one SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -152,9 +153,8 @@ impl<const N: usize> Drives<N> {
     /// The first thing that is wrong with a drive, and with which.
     #[must_use]
     pub fn fault(&self) -> Option<(usize, Cause)> {
-        self.links
-            .iter()
-            .enumerate()
+        (0..MAX_AXES)
+            .zip(&self.links)
             .find_map(|(axis, link)| Some((axis, link.fault()?)))
     }
 }

@@ -26,7 +26,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             .links()
             .iter()
             .map(|link| (link.is_ready(), link.actual()));
-        for (k, (axis, (ready, actual))) in self.axes.iter_mut().zip(links).enumerate() {
+        for (k, (axis, (ready, actual))) in (0..N).zip(self.axes.iter_mut().zip(links)) {
             let AxisActual {
                 position,
                 torque,
@@ -60,8 +60,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 {
                     let _ = self.on(now, Event::Enabled);
                 } else if now.since(self.enabling_since) > ENABLE_TIMEOUT {
-                    let late = states
-                        .enumerate()
+                    let late = (0..N)
+                        .zip(states)
                         .find(|(_, s)| *s != Some(PowerState::OperationEnabled))
                         .map(|(k, _)| k);
                     self.raise(now, Cause::DriveDisabled, late);
@@ -89,7 +89,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             .get()
             .map_or([0.0; N], |i| i.setpoint().velocity);
         let mut found = None;
-        for (k, link) in self.drives.links().iter().enumerate() {
+        for (k, link) in (0..N).zip(self.drives.links()) {
             let over = libm::fabsf(currents_ma.get(k).copied().unwrap_or(f32::INFINITY))
                 > self.setup.overcurrent_ma.get(k).copied().unwrap_or(0.0);
             let (Some(axis), Some(count), Some(stuck), Some(v)) = (

@@ -56,7 +56,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// One bit per axis.
     pub(super) fn switches(&self) -> u8 {
         let links = self.drives.links().iter();
-        links.enumerate().fold(0, |bits, (k, link)| {
+        (0..N).zip(links).fold(0, |bits, (k, link)| {
             bits | u8::from(link.home_switch()) << (k & 7)
         })
     }

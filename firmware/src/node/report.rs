@@ -83,8 +83,8 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         };
         let currents = self.edp.currents_ma();
         let errors = self.edp.take_following_errors();
-        for (k, ((axis, ma), error)) in self.edp.axes().iter().zip(currents).zip(errors).enumerate()
-        {
+        let axes = self.edp.axes().iter().zip(currents).zip(errors);
+        for (k, ((axis, ma), error)) in (0..N).zip(axes) {
             feedback.synchronised |= u8::from(axis.homed) << (k & 7);
             // N ≤ MAX_AXES: the pushes cannot fail
             let _ = feedback.actual.push(axis.actual_from_zero());

@@ -63,7 +63,7 @@ fn seconds(knots: &[Knot]) -> [Value; MOST] {
     // elimination: M = right − upper·M₊
     let mut eliminated = [(0.0, Value::zeros()); MOST];
     let (mut upper, mut right) = (0.0, Value::zeros());
-    for ((i, three), row) in knots.windows(3).enumerate().zip(&mut eliminated) {
+    for ((i, three), row) in (0..MOST).zip(knots.windows(3)).zip(&mut eliminated) {
         let [before, here, after] = three else {
             continue;
         };

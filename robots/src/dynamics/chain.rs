@@ -227,7 +227,7 @@ impl<const N: usize> Posture<'_, N> {
             .zip(&poses)
             .zip(&self.chain.links)
         {
-            let axis = pose.rotation.column(2).into_owned();
+            let [.., axis] = pose.rotation.data.0.map(Vector3::from);
             let (linear, angular) = match link.kind {
                 JointKind::Revolute => (axis.cross(&(tip - pose.position)), axis),
                 JointKind::Prismatic => (axis, Vector3::zeros()),

@@ -48,7 +48,7 @@ impl<const N: usize> Posture<'_, N> {
         let mut momenta = [([0.0; 3], [0.0; 3]); N];
         let mut after: Option<(Moments, &Placed)> = None;
         let links = self.chain.links.iter().zip(&self.placed);
-        for (joint, (row, (link, placed))) in rows.iter_mut().zip(links).enumerate().rev() {
+        for (joint, (row, (link, placed))) in (0..N).zip(rows.iter_mut().zip(links)).rev() {
             let mut body = *link.moments();
             let (Some(momenta), Some(entries)) = (momenta.get_mut(joint..), row.get_mut(joint..))
             else {

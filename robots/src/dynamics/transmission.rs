@@ -91,7 +91,7 @@ impl<const N: usize> Transmission<N> {
             on_previous_motor: 0.0,
         }; N];
         let x = gear_positions(robot, &joints.0);
-        for (k, ((ratio, axis), x)) in ratios.iter_mut().zip(&robot.axes).zip(x).enumerate() {
+        for (k, ((ratio, axis), x)) in (0..N).zip(ratios.iter_mut().zip(&robot.axes).zip(x)) {
             if let Reference::ArmPlane { .. } = axis.reference {
                 ratio.on_previous_link = 1.0;
             }
@@ -196,7 +196,7 @@ impl<const N: usize> Transmission<N> {
         let turned = SMatrix::from_array_storage(ArrayStorage(half)).transpose();
         let rows = self.transposed_times(turned.data.0);
         let mut matrix = SMatrix::from_array_storage(ArrayStorage(rows));
-        for (k, rotor) in self.rotors.iter().enumerate() {
+        for (k, rotor) in (0..N).zip(&self.rotors) {
             if let Some(entry) = matrix.get_mut((k, k)) {
                 *entry += rotor;
             }
@@ -285,7 +285,7 @@ pub fn joints_by_motors<const N: usize>(
     motors: &Motors<N>,
 ) -> Result<SMatrix<f64, N, N>, KinematicError> {
     let mut columns = [[0.0; N]; N];
-    for (k, column) in columns.iter_mut().enumerate() {
+    for (k, column) in (0..N).zip(&mut columns) {
         let mut velocity = [0.0; N];
         if let Some(unit) = velocity.get_mut(k) {
             *unit = 1.0;
