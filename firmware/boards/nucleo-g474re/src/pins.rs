@@ -14,9 +14,10 @@ pub fn start(rcc: &RCC, a: &GPIOA, b: &GPIOB, c: &GPIOC) -> Panel<Pin, Pin> {
             .gpiocen()
             .enabled()
     });
-    // outputs are low from the start: no torque, brake closed. Contacts pull up against a resistor to ground
+    // outputs are low from the start: no torque, brake closed. Contacts and button pull up against a resistor to ground
     c.moder()
         .modify(|_, w| w.moder0().output().moder1().output().moder13().input());
+    c.pupdr().modify(|_, w| w.pupdr13().pull_down());
     a.moder()
         .modify(|_, w| w.moder0().input().moder1().input().moder5().output());
     a.pupdr()
