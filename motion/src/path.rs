@@ -115,6 +115,16 @@ pub trait Curve {
     /// ends need that. What is farther out counts as the farthest point, what is not a number as 0.
     fn at(&self, s: f64) -> PathPoint;
 
+    /// The pose of that point, without its derivatives.
+    fn pose_at(&self, s: f64) -> Pose {
+        self.at(s).pose
+    }
+
+    /// Whether it is a line at a constant rate, turning about one axis.
+    fn is_straight(&self) -> bool {
+        false
+    }
+
     /// Length of the way of the tool's origin between two values of s, m; negative backwards.
     ///
     /// Where a piece has no closed form: Gauss–Legendre with five nodes in each of eight panels. Relative

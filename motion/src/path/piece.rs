@@ -1,6 +1,7 @@
 //! Any piece of a path, and why a piece cannot be made.
 
 use super::{Arc, Curve, PathPoint, Quintic, Straight};
+use crate::pose::Pose;
 use core::fmt;
 
 /// Why there is no such piece.
@@ -79,6 +80,18 @@ impl Curve for Piece {
             Self::Arc(piece) => piece.at(s),
             Self::Quintic(piece) => piece.at(s),
         }
+    }
+
+    fn pose_at(&self, s: f64) -> Pose {
+        match self {
+            Self::Straight(piece) => piece.pose_at(s),
+            Self::Arc(piece) => piece.pose_at(s),
+            Self::Quintic(piece) => piece.pose_at(s),
+        }
+    }
+
+    fn is_straight(&self) -> bool {
+        matches!(self, Self::Straight(_))
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::{Curve, PathPoint, PieceError, SHORTEST_M, is_finite, reach, rotation};
 use crate::polynomial::{Coefficients, evaluate, quintic, third};
-use crate::pose::{Pose, exp, log};
+use crate::pose::{Pose, exp, is_zero, log};
 use crate::twist::Twist;
 use nalgebra::{Matrix3, Vector3};
 
@@ -53,6 +53,14 @@ impl Quintic {
     }
 }
 
+impl Quintic {
+    /// Whether the orientation changes at all.
+    fn turns(&self) -> bool {
+        let [_, _, _, turning @ ..] = &self.axes;
+        !is_zero(turning.as_flattened())
+    }
+}
+
 /// Value, first and second derivative over \[0, 1\] of the six axes.
 fn jets(point: &PathPoint, at: Vector3<f64>, turn: Vector3<f64>, length: f64) -> [[f64; 3]; 6] {
     let [turn1, turn2] = rotation::rates(turn, point.first.angular, point.second.angular);
@@ -81,22 +89,26 @@ impl Curve for Quintic {
 
     fn at(&self, s: f64) -> PathPoint {
         let h = self.length;
-        let u = reach(s, h) / h;
-        let [x, y, z, a, b, c] = self.axes.each_ref().map(|axis| {
+        let (u, per_h) = (reach(s, h) / h, 1.0 / h);
+        let powers = [per_h, per_h * per_h, per_h * per_h * per_h];
+        let jet = |axis: &Coefficients| {
             let [value, first, second] = evaluate(axis, u);
-            [
-                value,
-                first / h,
-                second / (h * h),
-                third(axis, u) / (h * h * h),
-            ]
-        });
-        let [p, p1, p2, p3] = transpose(x, y, z);
-        let (turned, [w, w1, w2]) = rotation::along(transpose(a, b, c));
+            let [by1, by2, by3] = powers;
+            [value, first * by1, second * by2, third(axis, u) * by3]
+        };
+        let [x, y, z, turning @ ..] = &self.axes;
+        let [p, p1, p2, p3] = transpose(jet(x), jet(y), jet(z));
+        let (rotation, [w, w1, w2]) = if self.turns() {
+            let [a, b, c] = turning.each_ref().map(jet);
+            let (turned, rates) = rotation::along(transpose(a, b, c));
+            (turned * self.middle, rates)
+        } else {
+            (self.middle, [Vector3::zeros(); 3])
+        };
         PathPoint {
             pose: Pose {
                 position: self.origin + p,
-                rotation: turned * self.middle,
+                rotation,
             },
             first: Twist {
                 linear: p1,
@@ -111,6 +123,19 @@ impl Curve for Quintic {
                 angular: w2,
             },
         }
+    }
+
+    fn pose_at(&self, s: f64) -> Pose {
+        let u = reach(s, self.length) / self.length;
+        let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
+        let [x, y, z, a, b, c] = &self.axes;
+        let position = self.origin + Vector3::new(at(x), at(y), at(z));
+        let rotation = if self.turns() {
+            exp(Vector3::new(at(a), at(b), at(c))) * self.middle
+        } else {
+            self.middle
+        };
+        Pose { position, rotation }
     }
 }
 

@@ -5,57 +5,16 @@
 //! rotation group); ω' and ω'' follow by the product rule. b and c are entire functions of x, and no
 //! closed form is needed: their series serve every angle up to half a turn.
 
+use crate::pose::{SINE_DEFECT as C, VERSINE as B, rodrigues, terms};
 use nalgebra::{Matrix3, Vector3};
 
 /// A rotation vector (rad) and its first three derivatives.
 pub(super) type Jet = [Vector3<f64>; 4];
 
-/// (−1)ᵏ/(2k + 2)!: the last term at θ = π is 3e-17.
-const B: [f64; 14] = [
-    0.5,
-    -0.041_666_666_666_666_664,
-    0.001_388_888_888_888_889,
-    -2.480_158_730_158_73e-5,
-    2.755_731_922_398_589e-7,
-    -2.087_675_698_786_81e-9,
-    1.147_074_559_772_972_5e-11,
-    -4.779_477_332_387_385e-14,
-    1.561_920_696_858_622_5e-16,
-    -4.110_317_623_312_165e-19,
-    8.896_791_392_450_574e-22,
-    -1.611_737_571_096_118_4e-24,
-    2.479_596_263_224_797_6e-27,
-    -3.279_889_237_069_838e-30,
-];
-/// (−1)ᵏ/(2k + 3)!
-const C: [f64; 14] = [
-    0.166_666_666_666_666_66,
-    -0.008_333_333_333_333_333,
-    0.000_198_412_698_412_698_4,
-    -2.755_731_922_398_589_3e-6,
-    2.505_210_838_544_172e-8,
-    -1.605_904_383_682_161_3e-10,
-    7.647_163_731_819_816e-13,
-    -2.811_457_254_345_520_6e-15,
-    8.220_635_246_624_33e-18,
-    -1.957_294_106_339_126_3e-20,
-    3.868_170_170_630_684e-23,
-    -6.446_950_284_384_474e-26,
-    9.183_689_863_795_546e-29,
-    -1.130_996_288_644_771_6e-31,
-];
-/// Terms that suffice (1e-18) below the angle whose square this is.
-const SMALL: (f64, usize) = (0.1, 7);
-
 /// Value, first and second derivative by x of a power series in x = θ².
-fn series(terms: &[f64; 14], x: f64) -> [f64; 3] {
-    let skipped = if x < SMALL.0 {
-        terms.len() - SMALL.1
-    } else {
-        0
-    };
+fn series(of: &[f64; 14], x: f64) -> [f64; 3] {
     let (mut value, mut first, mut half_second) = (0.0, 0.0, 0.0);
-    for term in terms.iter().rev().skip(skipped) {
+    for term in terms(of, x) {
         half_second = half_second * x + first;
         first = first * x + value;
         value = value * x + term;
@@ -85,8 +44,7 @@ pub(super) fn along([w, w1, w2, w3]: Jet) -> (Matrix3<f64>, [Vector3<f64>; 3]) {
         + twice1 * (2.0 * c1)
         + twice2 * c;
     // sin θ/θ = 1 − x·c
-    let k = w.cross_matrix();
-    let rotation = Matrix3::identity() + k * (1.0 - x * c) + k * k * b;
+    let rotation = rodrigues(&w, 1.0 - x * c, b);
     (rotation, [angular, angular1, angular2])
 }
 

@@ -58,12 +58,7 @@ impl Curve for Straight {
     }
 
     fn at(&self, s: f64) -> PathPoint {
-        let u = reach(s, self.length) / self.length;
-        let pose = if (0.0..=1.0).contains(&u) {
-            self.line.at(u)
-        } else {
-            self.line.extended(u)
-        };
+        let pose = self.pose_at(s);
         let twist = self.line.twist();
         let first = Twist {
             linear: twist.linear / self.length,
@@ -75,6 +70,19 @@ impl Curve for Straight {
             second: Twist::zero(),
             third: Twist::zero(),
         }
+    }
+
+    fn pose_at(&self, s: f64) -> Pose {
+        let u = reach(s, self.length) / self.length;
+        if (0.0..=1.0).contains(&u) {
+            self.line.at(u)
+        } else {
+            self.line.extended(u)
+        }
+    }
+
+    fn is_straight(&self) -> bool {
+        true
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

@@ -183,8 +183,8 @@ proptest! {
         for (first, second) in arcs.into_iter().chain([(line, other)]) {
             let (first, second) = (Counted(&first, Cell::new(0)), Counted(&second, Cell::new(0)));
             let made = Blend::between(&first, &second, &tolerance).is_ok();
-            // both ends of the blend and 23 points an attempt, the corner once
-            let attempts = (first.1.get() + second.1.get() - 2) / 25;
+            // both ends of the blend and 15 points an attempt, the corner once
+            let attempts = (first.1.get() + second.1.get() - 2) / 17;
             let turning = first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm();
             let lines = matches!((first.0, second.0), (Piece::Straight(_), Piece::Straight(_)));
             prop_assert!(attempts <= 16);
