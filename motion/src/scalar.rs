@@ -4,12 +4,12 @@
 pub(crate) const US_PER_S: f64 = 1e6;
 
 /// The larger of two numbers; the first when they compare equal or not at all.
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger<T: PartialOrd>(a: T, b: T) -> T {
     if b > a { b } else { a }
 }
 
 /// The smaller of two numbers; the first when they compare equal or not at all.
-pub(crate) fn smaller(a: f64, b: f64) -> f64 {
+pub(crate) fn smaller<T: PartialOrd>(a: T, b: T) -> T {
     if b < a { b } else { a }
 }
 

@@ -210,7 +210,8 @@ impl Plain {
         let e = (r - pitch.cosine * narrow(WRIST_M)).with_value(elbow.e);
         let f = (z + pitch.sine * narrow(WRIST_M)) * -1.0;
         let f = f.with_value(elbow.f);
-        let cos = ((e * e + f * f) * narrow(0.5 / (LOWER_ARM_M * UPPER_ARM_M))).with_value(elbow.cos);
+        let cos =
+            ((e * e + f * f) * narrow(0.5 / (LOWER_ARM_M * UPPER_ARM_M))).with_value(elbow.cos);
         let bend = Turn::new(opening_rates(cos, elbow.sin), elbow.sin, elbow.cos);
         let reach = (bend.cosine * narrow(UPPER_ARM_M)).plus(narrow(LOWER_ARM_M));
         let wrist_from_elbow = angle_rates(bend.sine * narrow(UPPER_ARM_M), reach);

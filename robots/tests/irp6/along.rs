@@ -25,12 +25,9 @@ fn agree<const N: usize>(
     q: &Joints<N>,
     derivatives: &[[f64; 6]; 3],
 ) -> Result<(), TestCaseError> {
-    let tool = Pose::from_rotation_vector(
-        Vector3::new(0.02, -0.03, 0.2),
-        Vector3::new(0.3, 0.2, -0.1),
-    );
-    let [first, second, third] =
-        derivatives.map(|[a, b, c, d, e, f]| twist([a, b, c], [d, e, f]));
+    let tool =
+        Pose::from_rotation_vector(Vector3::new(0.02, -0.03, 0.2), Vector3::new(0.3, 0.2, -0.1));
+    let [first, second, third] = derivatives.map(|[a, b, c, d, e, f]| twist([a, b, c], [d, e, f]));
     let point = PathPoint {
         pose: robot.forward(q) * tool,
         first,
