@@ -115,6 +115,12 @@ pub trait Curve {
     /// ends need that. What is farther out counts as the farthest point, what is not a number as 0.
     fn at(&self, s: f64) -> PathPoint;
 
+    /// The same point with derivatives that are off by some parts in 1e7 of the largest: enough for whoever follows the
+    /// path, where [`at`](Self::at) is for whoever joins pieces of it.
+    fn followed_at(&self, s: f64) -> PathPoint {
+        self.at(s)
+    }
+
     /// The pose of that point, without its derivatives.
     fn pose_at(&self, s: f64) -> Pose {
         self.at(s).pose

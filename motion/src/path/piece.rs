@@ -82,6 +82,14 @@ impl Curve for Piece {
         }
     }
 
+    fn followed_at(&self, s: f64) -> PathPoint {
+        match self {
+            Self::Straight(piece) => piece.at(s),
+            Self::Arc(piece) => piece.at(s),
+            Self::Quintic(piece) => piece.followed_at(s),
+        }
+    }
+
     fn pose_at(&self, s: f64) -> Pose {
         match self {
             Self::Straight(piece) => piece.pose_at(s),

@@ -1,7 +1,7 @@
 //! Pieces one after the other, as one path.
 
 use super::join::Join;
-use super::{Blend, BlendError, Curve, PathPoint, Piece, Tolerance};
+use super::{Blend, BlendError, Curve, PathPoint, Piece, Quintic, Tolerance};
 use core::fmt;
 
 /// Why a piece is not taken; the path stays as it was.
@@ -170,6 +170,22 @@ impl<const N: usize> Path<N> {
         self.append(&piece)
     }
 
+    /// Append the next span of one curve through points: it has derivatives with the one before it by how both are made,
+    /// which nobody needs to look at.
+    ///
+    /// # Errors
+    /// [`QueueError::Full`]; [`QueueError::Gap`] if there is no piece before it.
+    pub fn push_span(&mut self, span: Quintic) -> Result<(), QueueError> {
+        if self.room() == 0 {
+            return Err(QueueError::Full);
+        }
+        if self.is_empty() {
+            return Err(QueueError::Gap);
+        }
+        self.place_part(&span.into(), 0.0, Join::Smooth);
+        Ok(())
+    }
+
     /// Append a piece with a [`Blend`] in place of the corner before it. Where there is no corner, because
     /// the join is smooth or the path has no pieces, this is [`push`](Self::push).
     ///
@@ -233,6 +249,15 @@ impl<const N: usize> Path<N> {
     /// The piece is searched from the last one asked for: going along the path costs one step a piece,
     /// jumping about at most N.
     pub fn at(&mut self, s: f64) -> Option<PathPoint> {
+        self.point(s, Piece::at)
+    }
+
+    /// The same as [`Curve::followed_at`].
+    pub fn followed_at(&mut self, s: f64) -> Option<PathPoint> {
+        self.point(s, Piece::followed_at)
+    }
+
+    fn point(&mut self, s: f64, evaluate: impl Fn(&Piece, f64) -> PathPoint) -> Option<PathPoint> {
         for _ in 0..N {
             let (Some(here), next) = (
                 self.entry(self.cursor),
@@ -256,7 +281,7 @@ impl<const N: usize> Path<N> {
         } else {
             entry.from + (s - entry.start)
         };
-        Some(entry.piece.at(local))
+        Some(evaluate(&entry.piece, local))
     }
 
     /// The middles of pieces shorter than `short` that reach into the way from `from` to `to`, all in m, at most

@@ -3,6 +3,7 @@
 use super::{Curve, PathPoint, PieceError, SHORTEST_M, is_finite, reach, rotation};
 use crate::polynomial::{Coefficients, evaluate, quintic, third};
 use crate::pose::{Pose, exp, is_zero, log};
+use crate::scalar::narrow;
 use crate::twist::Twist;
 use nalgebra::{Matrix3, Vector3};
 
@@ -125,18 +126,68 @@ impl Curve for Quintic {
         }
     }
 
+    fn followed_at(&self, s: f64) -> PathPoint {
+        let u = narrow(reach(s, self.length) / self.length);
+        let per_h = 1.0 / narrow(self.length);
+        let rates = |axis: &Coefficients| {
+            let [_, c1, c2, c3, c4, c5] = axis.map(narrow);
+            [
+                (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) * per_h,
+                (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) * per_h * per_h,
+                (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) * per_h * per_h * per_h,
+            ]
+        };
+        let [x, y, z, a, b, c] = &self.axes;
+        let [p1, p2, p3] = columns(rates(x), rates(y), rates(z));
+        let (pose, turn) = self.place(s);
+        let [w, w1, w2] = if self.turns() {
+            let [w1, w2, w3] = columns(rates(a), rates(b), rates(c));
+            rotation::velocity([turn.map(narrow), w1, w2, w3])
+        } else {
+            [Vector3::zeros(); 3]
+        };
+        let twist = |linear: Vector3<f32>, angular: Vector3<f32>| Twist {
+            linear: linear.map(f64::from),
+            angular: angular.map(f64::from),
+        };
+        PathPoint {
+            pose,
+            first: twist(p1, w),
+            second: twist(p2, w1),
+            third: twist(p3, w2),
+        }
+    }
+
     fn pose_at(&self, s: f64) -> Pose {
+        self.place(s).0
+    }
+}
+
+impl Quintic {
+    /// The pose, and the rotation vector from the middle.
+    fn place(&self, s: f64) -> (Pose, Vector3<f64>) {
         let u = reach(s, self.length) / self.length;
         let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
         let [x, y, z, a, b, c] = &self.axes;
         let position = self.origin + Vector3::new(at(x), at(y), at(z));
-        let rotation = if self.turns() {
-            exp(Vector3::new(at(a), at(b), at(c))) * self.middle
-        } else {
-            self.middle
-        };
-        Pose { position, rotation }
+        let mut turn = Vector3::zeros();
+        let mut rotation = self.middle;
+        if self.turns() {
+            turn = Vector3::new(at(a), at(b), at(c));
+            rotation = exp(turn) * self.middle;
+        }
+        (Pose { position, rotation }, turn)
     }
+}
+
+/// Three axes' rates as vectors, one for each order.
+fn columns(x: [f32; 3], y: [f32; 3], z: [f32; 3]) -> [Vector3<f32>; 3] {
+    let ([x1, x2, x3], [y1, y2, y3], [z1, z2, z3]) = (x, y, z);
+    [
+        Vector3::new(x1, y1, z1),
+        Vector3::new(x2, y2, z2),
+        Vector3::new(x3, y3, z3),
+    ]
 }
 
 /// Three axes' derivatives as derivatives of a vector.
