@@ -38,9 +38,10 @@ pub use queue::{Path, QueueError};
 pub use quintic::Quintic;
 pub use straight::Straight;
 
-use crate::pose::{Pose, exp};
+use crate::pose::{Pose, exp, log};
 use crate::scalar::smaller;
 use crate::twist::Twist;
+use nalgebra::{Matrix3, Vector3};
 
 /// What one radian of turning counts in the parameter of a path, m/rad.
 ///
@@ -121,9 +122,19 @@ pub trait Curve {
         self.at(s)
     }
 
-    /// The pose of that point, without its derivatives.
-    fn pose_at(&self, s: f64) -> Pose {
-        self.at(s).pose
+    /// The position of that point, m.
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        self.at(s).pose.position
+    }
+
+    /// An orientation of the piece, from which [`turn_at`](Self::turn_at) counts.
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.at(0.0).pose.rotation
+    }
+
+    /// The rotation vector from there to the orientation at s, in the base frame, rad.
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        log(&(self.at(s).pose.rotation * self.turns_from().transpose()))
     }
 
     /// Whether it is a line at a constant rate, turning about one axis.

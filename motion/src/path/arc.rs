@@ -203,28 +203,29 @@ fn angle_about(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f
     if angle > 0.0 { angle } else { angle + TAU }
 }
 
-/// Where on an arc: sine of the angle, cosine less 1, and the pose.
+/// Where on an arc: sine of the angle, cosine less 1, and the position.
 struct Place {
     sin: f64,
     cos_less_1: f64,
-    pose: Pose,
+    position: Vector3<f64>,
 }
 
 impl Arc {
+    /// How much of the arc lies before s.
+    fn share(&self, s: f64) -> f64 {
+        reach(s, self.length) / self.length
+    }
+
     fn place(&self, s: f64) -> Place {
-        let u = reach(s, self.length) / self.length;
         let [x, y] = &self.radii;
-        let theta = self.angle * u;
+        let theta = self.angle * self.share(s);
         // of the half angle: 1 − cos θ = 2·sin², with all its digits
         let (half_sin, half_cos) = libm::sincos(0.5 * theta);
         let (sin, cos_less_1) = (2.0 * half_sin * half_cos, -2.0 * half_sin * half_sin);
         Place {
             sin,
             cos_less_1,
-            pose: Pose {
-                position: self.start.position + x * cos_less_1 + y * sin + self.rise * theta,
-                rotation: turned(&self.turn, u, &self.start.rotation),
-            },
+            position: self.start.position + x * cos_less_1 + y * sin + self.rise * theta,
         }
     }
 }
@@ -238,8 +239,9 @@ impl Curve for Arc {
         let Place {
             sin,
             cos_less_1,
-            pose,
+            position,
         } = self.place(s);
+        let rotation = turned(&self.turn, self.share(s), &self.start.rotation);
         let rate = self.angle / self.length;
         let [x, y] = &self.radii;
         let cos = 1.0 + cos_less_1;
@@ -250,7 +252,7 @@ impl Curve for Arc {
         };
         let square = rate * rate;
         PathPoint {
-            pose,
+            pose: Pose { position, rotation },
             first: Twist {
                 linear: (ahead + self.rise) * rate,
                 angular: self.turn / self.length,
@@ -260,8 +262,16 @@ impl Curve for Arc {
         }
     }
 
-    fn pose_at(&self, s: f64) -> Pose {
-        self.place(s).pose
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        self.place(s).position
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.start.rotation
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        self.turn * self.share(s)
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

@@ -1,11 +1,13 @@
 //! Corners rounded within a tolerance.
 
 use super::join::{SAME_PLACE_M, SAME_TURN, distance};
+use super::rotation::{after as turn_after, halves};
 use super::{Curve, PathPoint, PieceError, Quintic, SHORTEST_M};
-use crate::pose::{Pose, is_zero};
+use crate::pose::{is_zero, log};
 use crate::scalar::{larger, smaller, within};
 use core::f64::consts::PI;
 use core::fmt;
+use nalgebra::Matrix3;
 
 /// How far a blend may be from the corner that it replaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +68,10 @@ const INTERVALS: u32 = 16;
 /// Kept below the tolerance for what lies between samples: where only curvatures differ the deviation changes sides half
 /// way, and with `e'' ≤ (2·π)²·e` over the range, `π²/2/16²` of it is 1.9 %.
 const BETWEEN_SAMPLES: f64 = 0.98;
+/// Orientations are compared in f32: what the chord of the angle between them is off at most, rad.
+const ROUNDING: f64 = 1e-6;
+/// And no more of a tolerance than this is kept free for it: a tenth of what counts as the same orientation.
+const BETWEEN_TURNS: f64 = 0.05;
 /// The least length of the parameter of a blend, relative to what it replaces.
 const LEAST_RATIO: f64 = 0.5;
 
@@ -209,14 +215,6 @@ impl<'a, A: Curve, B: Curve> Corner<'a, A, B> {
         }
     }
 
-    fn pose_at(&self, s: f64) -> Pose {
-        if s <= 0.0 {
-            self.first.pose_at(self.first.length() + s)
-        } else {
-            self.second.pose_at(s)
-        }
-    }
-
     /// Two lines that do not turn.
     fn is_plain(&self) -> bool {
         let still = |point: &PathPoint| is_zero(point.first.angular.as_slice());
@@ -258,18 +256,34 @@ impl<'a, A: Curve, B: Curve> Corner<'a, A, B> {
             }
             return most;
         }
-        // the chord of the angle
-        let radians_chord = 2.0 * libm::sin(0.5 * smaller(tolerance.radians, PI));
+        // as the chord of the angle
+        let radians = 2.0 * libm::sin(0.5 * smaller(tolerance.radians, PI));
+        let off = smaller(ROUNDING, BETWEEN_TURNS * radians);
+        let between = |from: Matrix3<f64>| halves(&log(&(from * curve.turns_from().transpose())));
+        let sides = [
+            between(self.first.turns_from()),
+            between(self.second.turns_from()),
+        ];
         for i in 1..INTERVALS {
             let u = f64::from(i) / f64::from(INTERVALS);
-            let here = curve.pose_at(u * curve.length());
-            let there = self.pose_at((2.0 * u - 1.0) * from_corner);
-            let (metres, radians) = distance(&here, &there);
-            if !(metres + radians).is_finite() {
+            let (s, at) = (u * curve.length(), (2.0 * u - 1.0) * from_corner);
+            let [before, after] = sides;
+            let (position, turn, side) = if at <= 0.0 {
+                let at = self.first.length() + at;
+                (self.first.position_at(at), self.first.turn_at(at), before)
+            } else {
+                (self.second.position_at(at), self.second.turn_at(at), after)
+            };
+            let way = position - curve.position_at(s);
+            let (chord, _) =
+                turn_after(turn_after(halves(&turn), side), halves(&-curve.turn_at(s)));
+            let metres = libm::sqrt(way.dot(&way));
+            let chord = 2.0 * f64::from(libm::sqrtf(chord.dot(&chord)));
+            if !(metres + chord).is_finite() {
                 return f64::INFINITY;
             }
             most = larger(most, metres / tolerance.metres);
-            most = larger(most, radians / radians_chord);
+            most = larger(most, (chord + off) / radians);
         }
         most
     }

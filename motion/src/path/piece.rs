@@ -1,8 +1,8 @@
 //! Any piece of a path, and why a piece cannot be made.
 
 use super::{Arc, Curve, PathPoint, Quintic, Straight};
-use crate::pose::Pose;
 use core::fmt;
+use nalgebra::{Matrix3, Vector3};
 
 /// Why there is no such piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,11 +90,27 @@ impl Curve for Piece {
         }
     }
 
-    fn pose_at(&self, s: f64) -> Pose {
+    fn position_at(&self, s: f64) -> Vector3<f64> {
         match self {
-            Self::Straight(piece) => piece.pose_at(s),
-            Self::Arc(piece) => piece.pose_at(s),
-            Self::Quintic(piece) => piece.pose_at(s),
+            Self::Straight(piece) => piece.position_at(s),
+            Self::Arc(piece) => piece.position_at(s),
+            Self::Quintic(piece) => piece.position_at(s),
+        }
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        match self {
+            Self::Straight(piece) => piece.turns_from(),
+            Self::Arc(piece) => piece.turns_from(),
+            Self::Quintic(piece) => piece.turns_from(),
+        }
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        match self {
+            Self::Straight(piece) => piece.turn_at(s),
+            Self::Arc(piece) => piece.turn_at(s),
+            Self::Quintic(piece) => piece.turn_at(s),
         }
     }
 

@@ -139,44 +139,56 @@ impl Curve for Quintic {
         };
         let [x, y, z, a, b, c] = &self.axes;
         let [p1, p2, p3] = columns(rates(x), rates(y), rates(z));
-        let (pose, turn) = self.place(s);
-        let [w, w1, w2] = if self.turns() {
+        let [position, turn] = self.values(s);
+        let (mut rotation, mut angular) = (self.middle, [Vector3::zeros(); 3]);
+        if self.turns() {
             let [w1, w2, w3] = columns(rates(a), rates(b), rates(c));
-            rotation::velocity([turn.map(narrow), w1, w2, w3])
-        } else {
-            [Vector3::zeros(); 3]
-        };
+            rotation = exp(turn) * self.middle;
+            angular = rotation::velocity([turn.map(narrow), w1, w2, w3]);
+        }
+        let [w, w1, w2] = angular;
         let twist = |linear: Vector3<f32>, angular: Vector3<f32>| Twist {
             linear: linear.map(f64::from),
             angular: angular.map(f64::from),
         };
         PathPoint {
-            pose,
+            pose: Pose {
+                position: self.origin + position,
+                rotation,
+            },
             first: twist(p1, w),
             second: twist(p2, w1),
             third: twist(p3, w2),
         }
     }
 
-    fn pose_at(&self, s: f64) -> Pose {
-        self.place(s).0
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        let [position, _] = self.values(s);
+        self.origin + position
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.middle
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        let [_, turn] = self.values(s);
+        turn
     }
 }
 
 impl Quintic {
-    /// The pose, and the rotation vector from the middle.
-    fn place(&self, s: f64) -> (Pose, Vector3<f64>) {
+    /// Position from the origin and rotation vector from the middle.
+    fn values(&self, s: f64) -> [Vector3<f64>; 2] {
         let u = reach(s, self.length) / self.length;
         let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
-        let [x, y, z, a, b, c] = &self.axes;
-        let position = self.origin + Vector3::new(at(x), at(y), at(z));
+        let [x, y, z, turning @ ..] = &self.axes;
         let mut turn = Vector3::zeros();
-        let mut rotation = self.middle;
         if self.turns() {
+            let [a, b, c] = turning;
             turn = Vector3::new(at(a), at(b), at(c));
-            rotation = exp(turn) * self.middle;
         }
-        (Pose { position, rotation }, turn)
+        [Vector3::new(at(x), at(y), at(z)), turn]
     }
 }
 
