@@ -35,6 +35,7 @@ impl Jet {
 
 impl Add for Jet {
     type Output = Self;
+    #[inline(never)]
     fn add(self, Self([b0, b1, b2, b3]): Self) -> Self {
         let Self([a0, a1, a2, a3]) = self;
         Self([a0 + b0, a1 + b1, a2 + b2, a3 + b3])
@@ -43,6 +44,7 @@ impl Add for Jet {
 
 impl Sub for Jet {
     type Output = Self;
+    #[inline(never)]
     fn sub(self, Self([b0, b1, b2, b3]): Self) -> Self {
         let Self([a0, a1, a2, a3]) = self;
         Self([a0 - b0, a1 - b1, a2 - b2, a3 - b3])

@@ -129,20 +129,12 @@ impl Curve for Quintic {
     fn followed_at(&self, s: f64) -> PathPoint {
         let u = narrow(reach(s, self.length) / self.length);
         let per_h = 1.0 / narrow(self.length);
-        let rates = |axis: &Coefficients| {
-            let [_, c1, c2, c3, c4, c5] = axis.map(narrow);
-            [
-                (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) * per_h,
-                (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) * per_h * per_h,
-                (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) * per_h * per_h * per_h,
-            ]
-        };
-        let [x, y, z, a, b, c] = &self.axes;
-        let [p1, p2, p3] = columns(rates(x), rates(y), rates(z));
+        let [x, y, z, a, b, c] = self.axes.each_ref().map(|axis| rates(axis, u, per_h));
+        let [p1, p2, p3] = columns(x, y, z);
         let [position, turn] = self.values(s);
         let (mut rotation, mut angular) = (self.middle, [Vector3::zeros(); 3]);
         if self.turns() {
-            let [w1, w2, w3] = columns(rates(a), rates(b), rates(c));
+            let [w1, w2, w3] = columns(a, b, c);
             rotation = exp(turn) * self.middle;
             angular = rotation::velocity([turn.map(narrow), w1, w2, w3]);
         }
@@ -190,6 +182,17 @@ impl Quintic {
         }
         [Vector3::new(at(x), at(y), at(z)), turn]
     }
+}
+
+/// The first three derivatives by s of an axis, in f32.
+#[inline(never)]
+fn rates(axis: &Coefficients, u: f32, per_h: f32) -> [f32; 3] {
+    let [_, c1, c2, c3, c4, c5] = axis.map(narrow);
+    [
+        (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) * per_h,
+        (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) * per_h * per_h,
+        (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) * per_h * per_h * per_h,
+    ]
 }
 
 /// Three axes' rates as vectors, one for each order.

@@ -62,16 +62,45 @@ fn angular<T: RealField + Copy>(
     let (b1, c1) = (bx * x1, cx * x1);
     let (b2, c2) = (bxx * x1 * x1 + bx * x2, cxx * x1 * x1 + cx * x2);
     // A, A', A'' and B, B', B''
-    let (once, once1) = (w.cross(&w1), w.cross(&w2));
-    let once2 = w1.cross(&w2) + w.cross(&w3);
-    let (both, both1) = (w.cross(&once), w1.cross(&once) + w.cross(&once1));
-    let cross = w1.cross(&once1);
-    let both2 = w2.cross(&once) + cross + cross + w.cross(&once2);
+    let (once, once1) = (cross(&w, &w1), cross(&w, &w2));
+    let once2 = cross(&w1, &w2) + cross(&w, &w3);
+    let (both, both1) = (cross(&w, &once), cross(&w1, &once) + cross(&w, &once1));
+    let middle = cross(&w1, &once1);
+    let both2 = cross(&w2, &once) + middle + middle + cross(&w, &once2);
     [
-        w1 + once * b + both * c,
-        w2 + once * b1 + once1 * b + both * c1 + both1 * c,
-        w3 + once * b2 + once1 * twice(b1) + once2 * b + both * c2 + both1 * twice(c1) + both2 * c,
+        sum(w1, [(once, b), (both, c)]),
+        sum(w2, [(once, b1), (once1, b), (both, c1), (both1, c)]),
+        sum(
+            w3,
+            [
+                (once, b2),
+                (once1, twice(b1)),
+                (once2, b),
+                (both, c2),
+                (both1, twice(c1)),
+                (both2, c),
+            ],
+        ),
     ]
+}
+
+/// One copy of what would be dozens.
+#[inline(never)]
+fn cross<T: RealField + Copy>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    a.cross(b)
+}
+
+#[inline(never)]
+fn scaled<T: RealField + Copy>(a: &Vector3<T>, by: T) -> Vector3<T> {
+    Vector3::new(a.x * by, a.y * by, a.z * by)
+}
+
+fn sum<T: RealField + Copy, const K: usize>(
+    first: Vector3<T>,
+    rest: [(Vector3<T>, T); K],
+) -> Vector3<T> {
+    rest.iter()
+        .fold(first, |sum, (term, by)| sum + scaled(term, *by))
 }
 
 /// Sine of half the angle times the axis, and its cosine, by series in f32: the next term is 1e-9 at π.
@@ -105,14 +134,15 @@ pub(super) fn rates(
     let ([b, bx, _], [c, cx, _]) = (series(&B, x), series(&C, x));
     let e = (b - 2.0 * c) / (2.0 * (1.0 - x * c));
     let solve = |v: Vector3<f64>| {
-        let once = w.cross(&v);
-        v - once * 0.5 + w.cross(&once) * e
+        let once = cross(&w, &v);
+        v - once * 0.5 + scaled(&cross(&w, &once), e)
     };
     let w1 = solve(angular);
     let x1 = 2.0 * w.dot(&w1);
-    let once = w.cross(&w1);
+    let once = cross(&w, &w1);
     // what ω' holds beside the Jacobian times φ''
-    let rest = once * (bx * x1) + w.cross(&once) * (cx * x1) + w1.cross(&once) * c;
+    let rest =
+        scaled(&once, bx * x1) + scaled(&cross(&w, &once), cx * x1) + scaled(&cross(&w1, &once), c);
     [w1, solve(angular1 - rest)]
 }
 
