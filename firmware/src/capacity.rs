@@ -48,7 +48,7 @@ pub const PATH_SAMPLES_SMALL: usize = 32;
 pub const PATH_SAMPLES_PER_MACROSTEP: usize = 8;
 
 /// The same on a microcontroller, where a sample takes 650 000 instructions: enough for 0.075 m/s.
-pub const PATH_SAMPLES_PER_MACROSTEP_SMALL: usize = 1;
+pub const PATH_SAMPLES_PER_MACROSTEP_SMALL: usize = 2;
 
 /// How many elements and how many samples a macrostep takes of a path, where the choice of speed looks at so many
 /// samples.

@@ -1,6 +1,6 @@
 //! A straight line between two poses, turning about one fixed axis.
 
-use crate::pose::{Pose, exp, log};
+use crate::pose::{Pose, log, turned};
 pub use crate::twist::Twist;
 
 /// The straight line from one pose to another with the orientation on the shortest arc (slerp).
@@ -78,7 +78,7 @@ impl Line {
     pub fn extended(&self, s: f64) -> Pose {
         Pose {
             position: self.start.position + self.twist.linear * s,
-            rotation: exp(self.twist.angular * s) * self.start.rotation,
+            rotation: turned(&self.twist.angular, s, &self.start.rotation),
         }
     }
 

@@ -38,9 +38,10 @@ pub use queue::{Path, QueueError};
 pub use quintic::Quintic;
 pub use straight::Straight;
 
-use crate::pose::{Pose, exp};
+use crate::pose::{Pose, exp, log};
 use crate::scalar::smaller;
 use crate::twist::Twist;
+use nalgebra::{Matrix3, Vector3};
 
 /// What one radian of turning counts in the parameter of a path, m/rad.
 ///
@@ -114,6 +115,32 @@ pub trait Curve {
     /// The point at s, which may lie beyond both ends by as much as the length: difference quotients at the
     /// ends need that. What is farther out counts as the farthest point, what is not a number as 0.
     fn at(&self, s: f64) -> PathPoint;
+
+    /// The same point with derivatives that are off by some parts in 1e7 of the largest: enough for whoever follows the
+    /// path, where [`at`](Self::at) is for whoever joins pieces of it.
+    fn followed_at(&self, s: f64) -> PathPoint {
+        self.at(s)
+    }
+
+    /// The position of that point, m.
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        self.at(s).pose.position
+    }
+
+    /// An orientation of the piece, from which [`turn_at`](Self::turn_at) counts.
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.at(0.0).pose.rotation
+    }
+
+    /// The rotation vector from there to the orientation at s, in the base frame, rad.
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        log(&(self.at(s).pose.rotation * self.turns_from().transpose()))
+    }
+
+    /// Whether it is a line at a constant rate, turning about one axis.
+    fn is_straight(&self) -> bool {
+        false
+    }
 
     /// Length of the way of the tool's origin between two values of s, m; negative backwards.
     ///

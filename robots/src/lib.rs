@@ -42,6 +42,7 @@
     )
 )]
 
+mod along;
 pub mod assumed;
 mod conveyor;
 pub mod description;
@@ -50,6 +51,7 @@ pub mod error;
 mod gearing;
 pub mod guard;
 pub mod irp6;
+mod jet;
 mod narrow;
 mod orientation;
 mod planning;
@@ -65,6 +67,7 @@ mod sources;
 mod space;
 pub mod urdf;
 
+pub use along::{JointsAlong, PoseAlong};
 pub use assumed::{ASSUMED, Assumed};
 pub use conveyor::Conveyor;
 pub use description::{

@@ -33,5 +33,9 @@ pub(crate) fn orthonormal(r: &Matrix3<f64>) -> Result<Matrix3<f64>, KinematicErr
 
 /// `angle` plus the whole number of turns that brings it nearest to `to`.
 pub(crate) fn wrapped(angle: f64, to: f64) -> f64 {
-    angle - TURN * libm::round((angle - to) / TURN)
+    let off = angle - to;
+    if libm::fabs(off) < 0.5 * TURN {
+        return angle;
+    }
+    angle - TURN * libm::round(off / TURN)
 }

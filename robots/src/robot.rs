@@ -3,6 +3,7 @@
 use motion::{AxisLimits, Pose};
 use nalgebra::SMatrix;
 
+use crate::along::{JointsAlong, PoseAlong};
 use crate::description::RobotDescription;
 use crate::dynamics::{Chain, Transmission};
 use crate::error::{KinematicError, Quantity};
@@ -116,6 +117,19 @@ pub trait Robot<const N: usize> {
     fn inverse_near(&self, flange: &Pose, near: &Joints<N>) -> Result<Joints<N>, KinematicError> {
         self.inverse(flange, near)
             .map(|solution| solution.nearest())
+    }
+
+    /// The same on a path, with the derivatives of the joints where the robot knows them in closed form and
+    /// is not near a singularity: else who wants them takes differences.
+    ///
+    /// # Errors
+    /// As [`Robot::inverse`].
+    fn inverse_along(
+        &self,
+        flange: &PoseAlong,
+        near: &Joints<N>,
+    ) -> Result<JointsAlong<N>, KinematicError> {
+        self.inverse_near(&flange.pose, near).map(JointsAlong::at)
     }
 
     /// Geometric Jacobian of the flange in the base frame: rows 0–2 linear velocity, m/s, rows 3–5

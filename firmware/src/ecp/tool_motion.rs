@@ -7,7 +7,7 @@ use motion::path::{METRES_PER_RADIAN, PathPoint};
 use motion::profile::{AxisLimits, State};
 use nalgebra::Vector3;
 use protocol::fault::Refusal;
-use robots::{JointMotion, Joints, Robot};
+use robots::{JointMotion, Joints, JointsAlong, PoseAlong, Robot};
 
 /// Greatest step of the difference quotients, m: of q''' the error is δ² times the fifth derivative, and rounding
 /// (1e-16/δ³) a part in 1e5 of what a millimetre's radius makes of it.
@@ -124,9 +124,31 @@ impl<R: Robot<N>, const N: usize> ToolMotion<R, N> {
             .map_err(|e| refusal::from_kinematics(&e))
     }
 
-    /// Central differences of the fourth order for q' and q'', of the second for q'''.
+    /// q and its derivatives: those that the robot knows, else differences.
     fn local(&self, point: &PathPoint, near: &Joints<N>) -> Result<Local<N>, Refusal> {
-        let q = self.joints(&point.pose, near)?;
+        let flange = PoseAlong::of_flange(point, &self.t_flange_tool.inverse());
+        let JointsAlong { position, rates } = self
+            .robot
+            .inverse_along(&flange, near)
+            .map_err(|e| refusal::from_kinematics(&e))?;
+        match rates {
+            Some(rates) => {
+                let [first, second, third] = rates.map(|row| row.map(f64::from));
+                Ok(Local {
+                    q: position,
+                    first,
+                    second,
+                    third,
+                })
+            }
+            None => self.differences(point, position),
+        }
+    }
+
+    /// Central differences of the fourth order for q' and q'', of the second for q'''.
+    // a frame of its own: a robot that knows its derivatives seldom needs it
+    #[inline(never)]
+    fn differences(&self, point: &PathPoint, q: Joints<N>) -> Result<Local<N>, Refusal> {
         let delta = step(point);
         let at = |steps: f64| self.joints(&point.continued(steps * delta), &q);
         let (b2, b1, a1, a2) = (at(-2.0)?, at(-1.0)?, at(1.0)?, at(2.0)?);

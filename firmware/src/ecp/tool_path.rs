@@ -13,7 +13,7 @@ use motion::Pose;
 use motion::feed::{Feed, PushError, Sample, Status, Step};
 use motion::path::{
     Arc, BlendError, Curve, Join, MovingSegment, Path, Piece, PieceError, PointError, QueueError,
-    SHORTEST_BLEND_M, Straight, Tolerance,
+    Quintic, SHORTEST_BLEND_M, Straight, Tolerance,
 };
 use motion::profile::State;
 use nalgebra::Vector3;
@@ -35,6 +35,8 @@ pub struct ToolPath<const N: usize, const W: usize> {
     /// The curve through points that is being made, if one is.
     curve: MovingSegment,
     curving: bool,
+    /// The last piece is a span of it.
+    inside: bool,
     /// Where the last element ends.
     last: Pose,
     /// No more elements will come.
@@ -79,6 +81,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
             path: Path::new().without_blends_below(SHORTEST_BLEND_M),
             curve: MovingSegment::new(),
             curving: false,
+            inside: false,
             last: Pose::identity(),
             ended: true,
             feed: Feed::nothing(),
@@ -133,6 +136,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         self.path.clear();
         self.curve.clear();
         self.curving = false;
+        self.inside = false;
         self.last = last;
         self.ended = false;
         self.feeds.begin(motion.speeds.velocity_m_s);
@@ -188,6 +192,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
                 if !self.curving {
                     self.curving = true;
+                    self.inside = false;
                     self.curve.push(self.last).map_err(point_problem)?;
                 }
                 let span = self.curve.push(to).map_err(point_problem)?;
@@ -195,7 +200,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
                 self.last = to;
                 if let Some(span) = span {
                     self.feeds.waiting_m -= span.length();
-                    self.path.push(span).map_err(queue_problem)?;
+                    self.span(span)?;
                 }
                 Ok(())
             }
@@ -261,8 +266,18 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
             let Some(span) = self.curve.finish() else {
                 break;
             };
-            self.path.push(span).map_err(queue_problem)?;
+            self.span(span)?;
         }
+        Ok(())
+    }
+
+    /// A span of a curve goes on with the one before it; the first of them with what there was.
+    fn span(&mut self, span: Quintic) -> Result<(), PathProblem> {
+        if self.inside {
+            return self.path.push_span(span).map_err(queue_problem);
+        }
+        self.inside = true;
+        let _: Join = self.path.push(span).map_err(queue_problem)?;
         Ok(())
     }
 
@@ -362,7 +377,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         motion: &ToolMotion<R, N>,
         s: f64,
     ) -> Result<Sample<N>, Refusal> {
-        let mut sharpest = self.path.at(s).ok_or(Refusal::Unreachable)?;
+        let mut sharpest = self.path.followed_at(s).ok_or(Refusal::Unreachable)?;
         let (from, to) = (s - self.grid, s + self.grid);
         let short = SHORT * self.grid;
         let mut middles = heapless::Vec::<f64, 8>::new();
@@ -373,7 +388,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         for middle in middles {
             if let Some(point) = self
                 .path
-                .at(middle)
+                .followed_at(middle)
                 .filter(|point| bend(point) > bend(&sharpest))
             {
                 sharpest = point;
@@ -468,7 +483,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         end: f64,
     ) -> Result<JointMotion<N>, Refusal> {
         let s = if along.p < end { along.p } else { end };
-        let point = self.path.at(s).ok_or(Refusal::QueueFull)?;
+        let point = self.path.followed_at(s).ok_or(Refusal::QueueFull)?;
         motion.knot(&point, &self.here, along)
     }
 

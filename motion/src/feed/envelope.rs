@@ -3,17 +3,17 @@
 use super::gauge::{Chord, Span};
 use super::limits::Plan;
 use super::window::Window;
-use crate::scalar::{larger, smaller};
+use crate::scalar::{larger, narrow, smaller};
 use core::ops::RangeInclusive;
 
 /// Part of every limit of acceleration that the envelope leaves to the steps: a macrostep does not end
 /// where a cell does, so a step may need a little more than the envelope on its way.
-const RESERVE: f64 = 0.01;
+const RESERVE: f32 = 0.01;
 /// The same before a wall: two macrosteps that end there exactly need up to 9/8 of the mean, and the
 /// samples that bear on a step change the more from cell to cell, the slower it is.
-const RESERVE_AT_WALL: f64 = 0.2;
+const RESERVE_AT_WALL: f32 = 0.2;
 /// How many macrosteps before the wall that is kept.
-const STEPS_AT_WALL: f64 = 4.0;
+const STEPS_AT_WALL: f32 = 4.0;
 
 impl<const N: usize, const W: usize> Window<N, W> {
     /// Cuts off what some of these samples does not allow.
@@ -73,17 +73,18 @@ impl<const N: usize, const W: usize> Window<N, W> {
     /// (0, 0), slower motion is allowed with the same chord scaled; and the mean of the accelerations of
     /// several cells, which is what a macrostep across them needs, is allowed too.
     /// Where no chord is allowed, the envelope is level, at what may coast.
-    fn envelope_of(&mut self, cell: usize, forward: bool, far_was: f64, plan: &Plan<N>) {
+    fn envelope_of(&mut self, cell: usize, forward: bool, far_was: f32, plan: &Plan<N>) {
         let Some((a, b)) = self.cell(cell) else {
             return;
         };
-        let length = b.s - a.s;
+        let length = narrow(b.s - a.s);
         let fast = a.fast;
         let Some(bounds) = a.bounds else { return };
         let (near, far, side) = if forward { (a, b, 1.0) } else { (b, a, -1.0) };
         let (was, x) = (near.envelope, far.envelope);
         let two = 2.0 * length;
-        let close = STEPS_AT_WALL * bounds.least.most_u * plan.step;
+        let macrostep = narrow(plan.step);
+        let close = STEPS_AT_WALL * bounds.least.most_u * macrostep;
         let limit = 1.0
             - if x < close * close {
                 RESERVE_AT_WALL
@@ -91,8 +92,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
                 RESERVE
             };
         let growth = two * bounds.least.most_u * limit;
-        let v = smaller(fast, libm::sqrt(x + growth));
-        let step = v * plan.step / length;
+        let v = smaller(fast, libm::sqrtf(x + growth));
+        let step = v * macrostep / length;
         let u = [side * x / two, -side / two];
         let chords = [
             Chord {

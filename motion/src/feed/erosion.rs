@@ -9,7 +9,7 @@ use core::ops::RangeInclusive;
 
 /// ṡ² up to which [`Bounds`] have lines, in units of the largest one: how far a chord that ends within
 /// limits may rise beyond, in a macrostep.
-const HEADROOM: f64 = 2.0;
+const HEADROOM: f32 = 2.0;
 /// By how many samples the ranges of cells may go on until what they have in common is found anew. For a
 /// range of n samples, a cell costs n/SHIFT + 1 + SHIFT/2 of them.
 const SHIFT: usize = 8;
@@ -19,20 +19,20 @@ const SHIFT: usize = 8;
 pub(super) struct Bounds {
     pub(super) least: Least,
     /// line·(u, x) ≤ 1; those not needed are 0.
-    lines: [[f64; 2]; LINES],
+    lines: [[f32; 2]; LINES],
 }
 
 /// The least bounds of |u|, of x, and of x with u = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Least {
-    pub(super) most_u: f64,
-    pub(super) most_x: f64,
-    pub(super) coast_x: f64,
+    pub(super) most_u: f32,
+    pub(super) most_x: f32,
+    pub(super) coast_x: f32,
 }
 
 impl Bounds {
     /// Cuts off what is not allowed, all limits of acceleration multiplied by `limit`.
-    pub(super) fn clip(&self, chords: &[Chord; 2], limit: f64, span: &mut Span) {
+    pub(super) fn clip(&self, chords: &[Chord; 2], limit: f32, span: &mut Span) {
         for [by_u, by_x] in &self.lines {
             for Chord {
                 u: [u0, u1],
@@ -47,9 +47,9 @@ impl Bounds {
 
 impl Least {
     const NONE: Self = Self {
-        most_u: f64::INFINITY,
-        most_x: f64::INFINITY,
-        coast_x: f64::INFINITY,
+        most_u: f32::INFINITY,
+        most_x: f32::INFINITY,
+        coast_x: f32::INFINITY,
     };
 
     fn and<const N: usize>(&self, allowed: &Allowed<N>) -> Self {
@@ -84,8 +84,9 @@ impl Region {
         ] {
             self.polygon.cut_if_needed(line, limit);
         }
+        let polygon = self.polygon.without_short_sides([most_u, top]);
         let mut lines = [[0.0; 2]; LINES];
-        for (out, line) in lines.iter_mut().zip(self.polygon.lines()) {
+        for (out, line) in lines.iter_mut().zip(polygon.lines()) {
             *out = line;
         }
         Bounds {
@@ -160,22 +161,22 @@ mod tests {
     use std::vec::Vec;
 
     /// The largest part of a limit that (u, x) takes.
-    fn taken(allowed: &Allowed<2>, [u, x]: [f64; 2]) -> f64 {
+    fn taken(allowed: &Allowed<2>, [u, x]: [f32; 2]) -> f32 {
         let mut most = larger(u.abs() / allowed.most_u, 0.0);
         for (first, second) in allowed.first.iter().zip(&allowed.second) {
             most = larger(most, (first * u + second * x).abs());
         }
         for [bb, bc, cc] in &allowed.tool {
             let square = bb * u * u + 2.0 * bc * u * x + cc * x * x;
-            most = larger(most, libm::sqrt(larger(square, 0.0)));
+            most = larger(most, libm::sqrtf(larger(square, 0.0)));
         }
         larger(most, allowed.mixed[0] * u.abs() + allowed.mixed[1] * x)
     }
 
     /// As it changes along a path.
-    fn allowed(seed: f64, s: f64) -> Allowed<2> {
-        let wave = |k: f64| libm::sin(seed * (3.0 + k) + s * (0.3 + 0.1 * k) + k);
-        let ellipse = |k: f64| {
+    fn allowed(seed: f32, s: f32) -> Allowed<2> {
+        let wave = |k: f32| libm::sinf(seed * (3.0 + k) + s * (0.3 + 0.1 * k) + k);
+        let ellipse = |k: f32| {
             let ([b0, b1], [c0, c1]) = (
                 [0.9 * wave(k), 0.4 * wave(k + 1.0)],
                 [1.5 * wave(k + 2.0), 1.5 * wave(k + 3.0)],
@@ -197,23 +198,23 @@ mod tests {
     proptest! {
         #[test]
         fn leaving_out_limits_that_others_imply_changes_nothing(
-            seed in 0.0..10.0f64, u in -0.9..0.9f64, x in 0.0..16.0f64,
+            seed in 0.0..10.0f32, u in -0.9..0.9f32, x in 0.0..16.0f32,
         ) {
             let full = allowed(seed, 0.0);
             let reduced = full.reduced();
             let x = x * full.most_x;
             let (before, after) = (taken(&full, [u, x]), taken(&reduced, [u, x]));
-            // what touches within 1e-9 counts as needed
-            prop_assert!((before <= 1.0) == (after <= 1.0), "{} {}", before, after);
+            // what touches within 1e-5 counts as needed; where it is 1 to some roundings either may be
+            prop_assert!((before <= 1.0) == (after <= 1.0) || (before - 1.0).abs() < 2e-5, "{} {}", before, after);
             prop_assert!(after <= before);
         }
 
         #[test]
         fn what_is_left_of_a_range_is_allowed_by_all_its_samples_and_hardly_less(
-            seed in 0.0..10.0f64, slope in -1.0..1.0f64, length in 3usize..20,
+            seed in 0.0..10.0f32, slope in -1.0..1.0f32, length in 3usize..20,
         ) {
             let mut window = Window::<2, 64>::new();
-            let all: Vec<_> = (0..64).map(|i| allowed(seed, 0.02 * f64::from(i))).collect();
+            let all: Vec<_> = (0..64u8).map(|i| allowed(seed, 0.02 * f32::from(i))).collect();
             for (i, allowed) in all.iter().enumerate() {
                 window.push(0.1 * i as f64, *allowed, i == 0, false);
             }
@@ -225,9 +226,9 @@ mod tests {
                 let polygon = 1.0 / steepest.fold(0.0, larger);
                 let samples = all.iter().skip(start).take(length + 1);
                 let exact = 1.0 / samples.clone().map(|a| taken(a, ray)).fold(0.0, larger);
-                let top = samples.fold(f64::INFINITY, |least, a| smaller(least, a.most_x));
+                let top = samples.fold(f32::INFINITY, |least, a| smaller(least, a.most_x));
                 let exact = smaller(exact, HEADROOM * top);
-                prop_assert!(polygon <= exact * (1.0 + 1e-9), "{} {}", polygon, exact);
+                prop_assert!(polygon <= exact * (1.0 + 1e-5), "{} {}", polygon, exact);
                 // cut deeper by 0.1 or 0.4 %; one sample more for each of up to SHIFT cells, in which waves
                 // change by 1 %; and corners that there was no place for
                 prop_assert!(polygon >= 0.9 * exact, "{} {}", polygon, exact);

@@ -6,20 +6,20 @@ use crate::scalar::{larger, smaller};
 
 /// ṡ² that no step comes to, in units of the largest one allowed: a step whose end is within limits may
 /// be bounded by a chord that rises more.
-const HEADROOM: f64 = 16.0;
+const HEADROOM: f32 = 16.0;
 /// Where a polygon must be cut, it is cut this much deeper, so that limits that differ less from sample
 /// to sample cut once.
-const DEEPER: f64 = 1e-3;
+const DEEPER: f32 = 1e-3;
 /// The same where an ellipse cuts: a tangent at 1 − ε cuts off an arc of 2·acos(1 − ε), 10°.
-const DEEPER_THAN_ROUND: f64 = 4e-3;
+const DEEPER_THAN_ROUND: f32 = 4e-3;
 /// Most cuts for one ellipse: half of it is 180°, and no corner within 5° of a tangent remains outside.
 const ROUND_CUTS: usize = 36;
 
 /// u and x as affine functions of one variable t: value at 0 and slope.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord {
-    pub(super) u: [f64; 2],
-    pub(super) x: [f64; 2],
+    pub(super) u: [f32; 2],
+    pub(super) x: [f32; 2],
 }
 
 /// The values of t that are still allowed; empty when low > high.
@@ -27,14 +27,14 @@ pub(super) struct Chord {
 /// What holds at both ends of it holds between: then no limit below divides, or takes a root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
-    pub(super) low: f64,
-    pub(super) high: f64,
+    pub(super) low: f32,
+    pub(super) high: f32,
 }
 
 impl Span {
     const EMPTY: Self = Self {
-        low: f64::INFINITY,
-        high: f64::NEG_INFINITY,
+        low: f32::INFINITY,
+        high: f32::NEG_INFINITY,
     };
 
     pub(super) fn is_empty(&self) -> bool {
@@ -42,7 +42,7 @@ impl Span {
     }
 
     /// |c + d·t| ≤ 1
-    fn strip(&mut self, c: f64, d: f64) {
+    fn strip(&mut self, c: f32, d: f32) {
         let reaches = larger((c + d * self.low).abs(), (c + d * self.high).abs());
         if reaches <= 1.0 {
             return;
@@ -58,7 +58,7 @@ impl Span {
     }
 
     /// c + d·t ≤ limit
-    pub(super) fn half_plane(&mut self, c: f64, d: f64, limit: f64) {
+    pub(super) fn half_plane(&mut self, c: f32, d: f32, limit: f32) {
         if larger(c + d * self.low, c + d * self.high) <= limit {
             return;
         }
@@ -72,8 +72,8 @@ impl Span {
     }
 
     /// a·t² + 2·b·t + c ≤ 0 with a ≥ 0
-    fn parabola(&mut self, a: f64, b: f64, c: f64) {
-        let at = |t: f64| t * (a * t + 2.0 * b) + c;
+    fn parabola(&mut self, a: f32, b: f32, c: f32) {
+        let at = |t: f32| t * (a * t + 2.0 * b) + c;
         if larger(at(self.low), at(self.high)) <= 0.0 {
             return;
         }
@@ -83,7 +83,7 @@ impl Span {
                 *self = Self::EMPTY;
                 return;
             }
-            let root = libm::sqrt(square);
+            let root = libm::sqrtf(square);
             self.low = larger(self.low, (-b - root) / a);
             self.high = smaller(self.high, (-b + root) / a);
         } else if c > 0.0 {
@@ -119,7 +119,7 @@ impl<const N: usize> Allowed<N> {
         self
     }
 
-    fn joint_lines(&self) -> impl Iterator<Item = [f64; 2]> {
+    fn joint_lines(&self) -> impl Iterator<Item = [f32; 2]> {
         let lines = self.first.iter().zip(&self.second);
         lines
             .map(|(first, second)| [*first, *second])
@@ -153,7 +153,7 @@ impl<const N: usize> Allowed<N> {
                 }
                 // of p with p·M·p = r² the tangent at p/r is p·M·(u, x) ≤ r
                 let line = [bb * u + bc * x, bc * u + cc * x];
-                polygon.cut(line, libm::sqrt(is) * (1.0 - DEEPER_THAN_ROUND));
+                polygon.cut(line, libm::sqrtf(is) * (1.0 - DEEPER_THAN_ROUND));
             }
         }
     }
@@ -184,10 +184,10 @@ impl<const N: usize> Allowed<N> {
     }
 }
 
-/// From where a line or an ellipse at 1 counts as touched: rounding is below 1e-12.
-const TOUCHES: f64 = 1.0 - 1e-9;
+/// From where a line or an ellipse at 1 counts as touched: rounding is below 1e-6.
+const TOUCHES: f32 = 1.0 - 1e-5;
 
 /// |b·u + c·x|²
-fn square([bb, bc, cc]: &[f64; 3], [u, x]: [f64; 2]) -> f64 {
+fn square([bb, bc, cc]: &[f32; 3], [u, x]: [f32; 2]) -> f32 {
     u * (bb * u + 2.0 * bc * x) + cc * x * x
 }

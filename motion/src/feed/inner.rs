@@ -3,7 +3,7 @@
 use super::gauge::{Chord, Span};
 use super::limits::{Plan, count};
 use super::window::Window;
-use crate::scalar::{larger, smaller};
+use crate::scalar::{larger, narrow, smaller};
 use core::ops::RangeInclusive;
 
 /// Where it is going.
@@ -100,9 +100,10 @@ impl Inner {
         let range = self.bearing(window, behind, plan);
         let most_u = window.least_u(range.clone());
         let allowed = self.allowed(window, range, most_u, plan);
-        let mut u = self.wanted(window, allowed.high, feed_override, plan);
+        let most_u = f64::from(most_u);
+        let mut u = self.wanted(window, f64::from(allowed.high), feed_override, plan);
         u = self.below_envelope(window, u, wall, plan);
-        u = larger(u, allowed.low);
+        u = larger(u, f64::from(allowed.low));
         // such that the next macrostep can end at the wall exactly, at rest: before all else
         u = smaller(u, (room / h - 1.5 * self.speed) / h);
         u = larger(u, -self.speed / h);
@@ -140,7 +141,8 @@ impl Inner {
         };
         let (h, tau) = (plan.step, plan.tau);
         let squares = h * h + h * tau + tau * tau / 3.0;
-        let back = 0.5 * window.loosest_u(all.clone()) * squares - self.speed * (h + 0.5 * tau);
+        let loosest_u = f64::from(window.loosest_u(all.clone()));
+        let back = 0.5 * loosest_u * squares - self.speed * (h + 0.5 * tau);
         let back = larger(back, 0.0);
         match self.heading {
             Heading::Forward => {
@@ -164,15 +166,16 @@ impl Inner {
         &self,
         window: &Window<N, W>,
         range: RangeInclusive<usize>,
-        most_u: f64,
+        most_u: f32,
         plan: &Plan<N>,
     ) -> Span {
-        let (h, v, x) = (plan.step, self.speed, self.speed * self.speed);
+        let (h, v) = (narrow(plan.step), narrow(self.speed));
+        let x = v * v;
         let mut span = Span {
             low: larger(-most_u, -v / h),
             high: most_u,
         };
-        let u = [0.0, self.heading.side()];
+        let u = [0.0, narrow(self.heading.side())];
         let chords = [
             Chord { u, x: [x, 0.0] },
             // (v + u·h)² is between x + 2·v·h·u and this chord through (0, x) and its value at most_u
@@ -208,6 +211,7 @@ impl Inner {
         let nominal = window
             .cell(self.cell)
             .map_or(0.0, |(a, b)| smaller(a.allowed.nominal, b.allowed.nominal));
+        let nominal = f64::from(nominal);
         smaller(
             most,
             (larger(share, 0.0) * nominal - self.speed) / plan.step,
@@ -238,19 +242,20 @@ impl Inner {
                 break;
             };
             let (near, far) = if side > 0.0 { (a, b) } else { (b, a) };
+            let (near_x, far_x) = (f64::from(near.envelope), f64::from(far.envelope));
             let (from, to) = (side * (near.s - self.s), side * (far.s - self.s));
             let way = |u: f64| h * (v + 0.5 * u * h);
             if way(u) > to * BARELY && to > 0.0 {
-                let passing = (far.envelope - x) / (2.0 * to);
+                let passing = (far_x - x) / (2.0 * to);
                 // what does not get to the sample need not be below the envelope there
                 let ending = 2.0 * (to - v * h) / (h * h);
                 u = smaller(u, larger(passing, ending));
             }
             if way(u) <= to * BARELY {
                 // at the end: (v + u·h)² ≤ X + slope·(way − from)
-                let slope = (far.envelope - near.envelope) / (to - from);
+                let slope = (far_x - near_x) / (to - from);
                 let linear = 2.0 * v * h - 0.5 * slope * h * h;
-                let excess = x - near.envelope - slope * (v * h - from);
+                let excess = x - near_x - slope * (v * h - from);
                 if u * (u * h * h + linear) + excess > 0.0 {
                     let square = linear * linear - 4.0 * h * h * excess;
                     let root = libm::sqrt(larger(square, 0.0));

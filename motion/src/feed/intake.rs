@@ -2,11 +2,12 @@
 
 use super::Feed;
 use super::inner::Heading;
-use super::sample::{Allowed, Between, PushError, Sample};
+use super::sample::{Allowed, Between, PushError, Sample, Short};
+use crate::scalar::narrow;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending<const N: usize> {
-    sample: Sample<N>,
+    sample: Short<N>,
     /// In the cell before it.
     between: Between<N>,
     s: f64,
@@ -69,26 +70,23 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
     /// [`PushError`].
     pub fn push(&mut self, sample: &Sample<N>) -> Result<(), PushError> {
         self.accept(sample)?;
+        let sample = sample.short();
         let Some(pending) = self.pending else {
-            Allowed::new(sample, &Between::NOTHING, &self.plan)?;
+            Allowed::new(&sample, &Between::NOTHING, &self.plan)?;
             let s = self.next_s;
             self.pending = Some(Pending {
-                sample: *sample,
+                sample,
                 between: Between::NOTHING,
                 s,
             });
             return Ok(());
         };
-        let between = Between::new(&pending.sample, sample, self.plan.grid);
-        Allowed::new(sample, &between, &self.plan)?;
+        let between = Between::new(&pending.sample, &sample, narrow(self.plan.grid));
+        Allowed::new(&sample, &between, &self.plan)?;
         let allowed = Allowed::new(&pending.sample, &pending.between.or(&between), &self.plan)?;
         self.put(pending.s, allowed, false);
         let s = pending.s + self.plan.grid;
-        self.pending = Some(Pending {
-            sample: *sample,
-            between,
-            s,
-        });
+        self.pending = Some(Pending { sample, between, s });
         Ok(())
     }
 
@@ -109,8 +107,9 @@ impl<const N: usize, const W: usize, const M: usize> Feed<N, W, M> {
             return Err(PushError::Fraction);
         }
         let length = fraction * self.plan.grid;
-        let between = Between::new(&pending.sample, sample, length);
-        let last = Allowed::new(sample, &between, &self.plan)?;
+        let sample = sample.short();
+        let between = Between::new(&pending.sample, &sample, narrow(length));
+        let last = Allowed::new(&sample, &between, &self.plan)?;
         let allowed = Allowed::new(&pending.sample, &pending.between.or(&between), &self.plan)?;
         self.put(pending.s, allowed, false);
         self.next_s = pending.s + length;

@@ -1,7 +1,7 @@
 //! What joints and tool can bear, and how much of it is spent on what.
 
 use crate::profile::AxisLimits;
-use crate::scalar::{larger, smaller};
+use crate::scalar::{larger, narrow, smaller};
 use core::fmt;
 
 /// Limits of the norm of one part of the tool's motion; `None`: not limited.
@@ -59,21 +59,23 @@ const LEAST_SURVEYS: usize = 6;
 /// smoothing, τ = 2·A/(share·J), and with it every stop; a smaller one lets curves be run faster.
 pub(super) const RAMP_SHARE: f64 = 0.65;
 /// Part of that rest which q'''·v³ alone may take: what it leaves is for 3·q''·v·a.
-pub(super) const CUBIC_SHARE: f64 = 0.5;
-/// Kept below every limit: rounding in sums of some hundred terms is below 1e-12.
-const ROUNDING_MARGIN: f64 = 1.0 - 1e-9;
+pub(super) const CUBIC_SHARE: f32 = 0.5;
+/// Kept below every limit, for what a choice in f32 is off. No term of a constraint is more than three times its limit
+/// (|q'·u| one, |q''·x| two, of a norm the square), each is off by some units of 6e-8, and so are their sums of two or
+/// three: 2e-6. The rest is room.
+const ROUNDING_MARGIN: f64 = 1.0 - 2e-5;
 
 /// The limits of one joint, or of one norm, as they are spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Budget {
     /// |q'·v|
-    pub(super) v: f64,
+    pub(super) v: f32,
     /// |q'·u + q''·x|
-    pub(super) a: f64,
+    pub(super) a: f32,
     /// |q'·u|: at most a, and what the ramp share of jerk allows in the smoothing time.
-    pub(super) ramp: f64,
+    pub(super) ramp: f32,
     /// 3·|q''|·v·|a| + |q'''|·v³
-    pub(super) bend: f64,
+    pub(super) bend: f32,
 }
 
 /// All limits, and the times of the discretisation.
@@ -158,18 +160,19 @@ impl<const N: usize> Plan<N> {
         }
         let averaged = count(smaller(libm::ceil(needed), longest));
         let tau = float(averaged) * step;
+        let spent = |limit: f64| narrow(limit * ROUNDING_MARGIN);
         let spend = |[v, a, j]: [f64; 3]| Budget {
-            v: v * ROUNDING_MARGIN,
-            a: a * ROUNDING_MARGIN,
-            ramp: smaller(
+            v: spent(v),
+            a: spent(a),
+            ramp: spent(smaller(
                 a,
                 if j.is_finite() {
                     0.5 * RAMP_SHARE * j * tau
                 } else {
                     a
                 },
-            ) * ROUNDING_MARGIN,
-            bend: (1.0 - RAMP_SHARE) * j * ROUNDING_MARGIN,
+            )),
+            bend: spent((1.0 - RAMP_SHARE) * j),
         };
         let fastest = 0.25 * float(samples) * grid / (step + tau);
         Ok(Self {

@@ -1,7 +1,7 @@
 //! A sample of the path, and what it allows s̈ and ṡ² to be.
 
 use super::limits::{Budget, CUBIC_SHARE, Plan};
-use crate::scalar::{larger, smaller};
+use crate::scalar::{larger, narrow, smaller};
 use core::fmt;
 
 /// The tool's motion at one s; any common frame will do, only norms are used.
@@ -62,7 +62,30 @@ impl fmt::Display for PushError {
 
 impl core::error::Error for PushError {}
 
+/// The same in f32, which is all that the choice of speed needs: see the margin of the limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Short<const N: usize> {
+    first: [f32; N],
+    second: [f32; N],
+    third: [f32; N],
+    linear: [[f32; 3]; 3],
+    angular: [[f32; 3]; 3],
+    feed: f32,
+}
+
 impl<const N: usize> Sample<N> {
+    pub(super) fn short(&self) -> Short<N> {
+        let tool = |rows: &[[f64; 3]; 3]| rows.map(|row| row.map(narrow));
+        Short {
+            first: self.first.map(narrow),
+            second: self.second.map(narrow),
+            third: self.third.map(narrow),
+            linear: tool(&self.tool.linear),
+            angular: tool(&self.tool.angular),
+            feed: narrow(self.feed),
+        }
+    }
+
     /// # Errors
     /// [`PushError::NotFinite`], [`PushError::NotPositive`].
     pub(super) fn validate(&self) -> Result<(), PushError> {
@@ -81,8 +104,8 @@ impl<const N: usize> Sample<N> {
 /// How far the derivatives between two samples may be from their linear interpolation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Between<const N: usize> {
-    joints: [[f64; 3]; N],
-    tool: [[f64; 3]; 2],
+    joints: [[f32; 3]; N],
+    tool: [[f32; 3]; 2],
 }
 
 impl<const N: usize> Between<N> {
@@ -94,8 +117,8 @@ impl<const N: usize> Between<N> {
     /// For a cell of length δ. The error of linear interpolation is at most δ²/8·max|f''|: of q' with
     /// q''', whose largest value is taken as the larger end plus the difference of the ends; of q'' with
     /// q'''' taken as twice the difference quotient of q'''. For q''' itself, half the difference.
-    pub(super) fn new(a: &Sample<N>, b: &Sample<N>, delta: f64) -> Self {
-        let error = |most: f64, difference: f64| {
+    pub(super) fn new(a: &Short<N>, b: &Short<N>, delta: f32) -> Self {
+        let error = |most: f32, difference: f32| {
             [
                 0.125 * delta * delta * (most + difference),
                 0.25 * delta * difference,
@@ -108,8 +131,8 @@ impl<const N: usize> Between<N> {
         }
         let [linear, angular] = &mut between.tool;
         for (out, a, b) in [
-            (linear, &a.tool.linear, &b.tool.linear),
-            (angular, &a.tool.angular, &b.tool.angular),
+            (linear, &a.linear, &b.linear),
+            (angular, &a.angular, &b.angular),
         ] {
             let ([.., a], [.., b]) = (a, b);
             let [a0, a1, a2] = a;
@@ -136,35 +159,35 @@ impl<const N: usize> Between<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Allowed<const N: usize> {
     /// |first·u + second·x| ≤ 1
-    pub(super) first: [f64; N],
-    pub(super) second: [f64; N],
+    pub(super) first: [f32; N],
+    pub(super) second: [f32; N],
     /// b·b, b·c, c·c of |b·u + c·x| ≤ 1, linear and angular.
-    pub(super) tool: [[f64; 3]; 2],
+    pub(super) tool: [[f32; 3]; 2],
     /// mixed\[0\]·|u| + mixed\[1\]·x ≤ 1
-    pub(super) mixed: [f64; 2],
+    pub(super) mixed: [f32; 2],
     /// |u| ≤ `most_u`, x ≤ `most_x`; x ≤ `coast_x` is allowed with u = 0.
-    pub(super) most_u: f64,
-    pub(super) most_x: f64,
-    pub(super) coast_x: f64,
+    pub(super) most_u: f32,
+    pub(super) most_x: f32,
+    pub(super) coast_x: f32,
     /// ṡ that an override is a share of.
-    pub(super) nominal: f64,
+    pub(super) nominal: f32,
 }
 
 /// A joint or norm: bounds of its derivatives between samples, and the errors in them.
 struct Part {
-    size: [f64; 3],
-    error: [f64; 3],
+    size: [f32; 3],
+    error: [f32; 3],
     budget: Budget,
 }
 
 /// 2·u/(3·√3) with u0·√x0: the largest |u|·√x on the line u/u0 + x/x0 = 1, at x = x0/3, is 2/(3√3)·u0·√x0.
-const LINE_OVER_PRODUCT: f64 = 2.598_076_211_353_316;
+const LINE_OVER_PRODUCT: f32 = 2.598_076_211_353_316;
 /// Where that line meets u = 0, in units of the largest x: at `most_x` a third of u0 is left.
-const MIXED_HEADROOM: f64 = 1.5;
+const MIXED_HEADROOM: f32 = 1.5;
 /// Largest part of a limit of acceleration spent on errors between samples, for u and for x.
-const MOST_SPENT_BETWEEN: f64 = 0.25;
+const MOST_SPENT_BETWEEN: f32 = 0.25;
 /// Least part of a cell in a macrostep at the largest speed.
-const SLOWEST: f64 = 1e-6;
+const SLOWEST: f32 = 1e-6;
 
 impl<const N: usize> Allowed<N> {
     /// Of a sample, for itself and the cells at both sides of it.
@@ -179,18 +202,18 @@ impl<const N: usize> Allowed<N> {
     /// # Errors
     /// [`PushError::Singular`].
     pub(super) fn new(
-        sample: &Sample<N>,
+        sample: &Short<N>,
         between: &Between<N>,
         plan: &Plan<N>,
     ) -> Result<Self, PushError> {
         let smooth = plan.averaged > 0;
-        let tool = [&sample.tool.linear, &sample.tool.angular].map(tool_sizes);
+        let tool = [&sample.linear, &sample.angular].map(tool_sizes);
         let [[linear, ..], _] = tool;
         let nominal = sample.feed / (linear + between.tool[0][0]);
-        let mut v = smaller(plan.fastest, nominal);
-        let mut most_u = plan.hardest;
+        let mut v = smaller(narrow(plan.fastest), nominal);
+        let mut most_u = narrow(plan.hardest);
         let (mut error_u, mut error_x, mut second) = (0.0, 0.0, 0.0);
-        let mut cubic = f64::INFINITY;
+        let mut cubic = f32::INFINITY;
         for Part {
             size: [s1, s2, s3],
             error: [e1, e2, _],
@@ -203,10 +226,10 @@ impl<const N: usize> Allowed<N> {
             error_x = larger(error_x, e2 / budget.a);
             second = larger(second, s2 / budget.a);
         }
-        v = smaller(v, libm::cbrt(CUBIC_SHARE * cubic));
+        v = smaller(v, cube_root(CUBIC_SHARE * cubic));
         let most_x = smaller(v * v, smaller(2.0 / second, MOST_SPENT_BETWEEN / error_x));
-        let root = libm::sqrt(most_x);
-        let mut product = f64::INFINITY;
+        let root = libm::sqrtf(most_x);
+        let mut product = f32::INFINITY;
         for Part {
             size: [s1, s2, s3],
             budget,
@@ -228,9 +251,9 @@ impl<const N: usize> Allowed<N> {
         if most_u * root > product {
             let by_u = LINE_OVER_PRODUCT * product / most_u;
             let x0 = larger(by_u * by_u, MIXED_HEADROOM * most_x);
-            mixed = [libm::sqrt(x0) / (LINE_OVER_PRODUCT * product), 1.0 / x0];
+            mixed = [libm::sqrtf(x0) / (LINE_OVER_PRODUCT * product), 1.0 / x0];
         }
-        let scaled = |values: &[f64; N]| {
+        let scaled = |values: &[f32; N]| {
             let mut out = *values;
             for (x, budget) in out.iter_mut().zip(&plan.joints) {
                 *x /= budget.a * left;
@@ -251,11 +274,12 @@ impl<const N: usize> Allowed<N> {
             out.coast_x = smaller(out.coast_x, 1.0 / second.abs());
         }
         for [_, _, cc] in &out.tool {
-            out.coast_x = smaller(out.coast_x, 1.0 / libm::sqrt(*cc));
+            out.coast_x = smaller(out.coast_x, 1.0 / libm::sqrtf(*cc));
         }
         out.nominal = if nominal.is_finite() { nominal } else { root };
-        let slowest = SLOWEST * plan.grid / plan.step;
-        let moves = libm::sqrt(out.coast_x) > slowest && most_u * plan.step > SLOWEST * slowest;
+        let step = narrow(plan.step);
+        let slowest = SLOWEST * narrow(plan.grid) / step;
+        let moves = libm::sqrtf(out.coast_x) > slowest && most_u * step > SLOWEST * slowest;
         if moves {
             Ok(out)
         } else {
@@ -265,8 +289,8 @@ impl<const N: usize> Allowed<N> {
 }
 
 fn parts<'a, const N: usize>(
-    sample: &'a Sample<N>,
-    tool: &'a [[f64; 3]; 2],
+    sample: &'a Short<N>,
+    tool: &'a [[f32; 3]; 2],
     between: &'a Between<N>,
     plan: &'a Plan<N>,
 ) -> impl Iterator<Item = Part> + 'a {
@@ -288,29 +312,39 @@ fn parts<'a, const N: usize>(
         })
 }
 
-fn tool_sizes(derivatives: &[[f64; 3]; 3]) -> [f64; 3] {
+fn tool_sizes(derivatives: &[[f32; 3]; 3]) -> [f32; 3] {
     let [first, second, third] = derivatives;
     [norm(first), norm(second), norm(third)]
 }
 
-fn tool_products<const N: usize>(sample: &Sample<N>, plan: &Plan<N>, left: f64) -> [[f64; 3]; 2] {
+fn tool_products<const N: usize>(sample: &Short<N>, plan: &Plan<N>, left: f32) -> [[f32; 3]; 2] {
     let [linear, angular] = &plan.tool;
-    [
-        (&sample.tool.linear, linear),
-        (&sample.tool.angular, angular),
-    ]
-    .map(|([b, c, _], budget)| {
+    [(&sample.linear, linear), (&sample.angular, angular)].map(|([b, c, _], budget)| {
         let limit = budget.a * left;
         let scale = 1.0 / (limit * limit);
         [dot(b, b) * scale, dot(b, c) * scale, dot(c, c) * scale]
     })
 }
 
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
     let ([a0, a1, a2], [b0, b1, b2]) = (a, b);
     a0 * b0 + a1 * b1 + a2 * b2
 }
 
-fn norm(a: &[f64; 3]) -> f64 {
-    libm::sqrt(dot(a, a))
+/// The cube root of a number ≥ 0, to 3e-7 of it: Newton's method from a third of the exponent, which is within 4 %.
+fn cube_root(x: f32) -> f32 {
+    const THIRD: u32 = 0x2a51_19f2;
+    if x <= 0.0 || !x.is_finite() {
+        return x;
+    }
+    let mut root = f32::from_bits((x.to_bits() / 3).saturating_add(THIRD));
+    // errors 4 %, 0.16 %, 2.6e-6, and rounding
+    for _ in 0..3 {
+        root = (2.0 * root + x / (root * root)) * (1.0 / 3.0);
+    }
+    root
+}
+
+fn norm(a: &[f32; 3]) -> f32 {
+    libm::sqrtf(dot(a, a))
 }

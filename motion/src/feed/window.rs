@@ -3,8 +3,11 @@
 use super::erosion::{Bounds, Common};
 use super::limits::{Plan, count};
 use super::sample::Allowed;
-use crate::scalar::{larger, smaller};
+use crate::scalar::{larger, narrow, smaller};
 use core::ops::RangeInclusive;
+
+/// Bounds of speed are this much higher than computed: they are sums of some hundred terms in f32, a part in 1e5 at most.
+const FAST: f32 = 1.0 + 1e-5;
 
 /// A sample in the window. The cell of a record lies between it and the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,12 +19,12 @@ pub(super) struct Record<const N: usize> {
     pub(super) begins: bool,
     pub(super) ends: bool,
     /// Bound of ṡ² that no motion within the limits exceeds here, whatever it did before and does after.
-    reach: f64,
+    reach: f32,
     /// The same of ṡ inside the cell, and the time that the cell lasts at least, s.
-    pub(super) fast: f64,
-    lasts: f64,
+    pub(super) fast: f32,
+    lasts: f32,
     /// Largest ṡ² from which the wall ahead can be respected; of the present heading.
-    pub(super) envelope: f64,
+    pub(super) envelope: f32,
     /// Samples before and after the cell that bear on a step taken in it.
     before: u16,
     after: u16,
@@ -84,7 +87,7 @@ impl<const N: usize, const W: usize> Window<N, W> {
             begins,
             ends,
             fast: 0.0,
-            lasts: f64::INFINITY,
+            lasts: f32::INFINITY,
             envelope: 0.0,
             before: 0,
             after: 0,
@@ -122,18 +125,18 @@ impl<const N: usize, const W: usize> Window<N, W> {
     }
 
     /// By how much ṡ² can change in a cell.
-    fn growth(&self, i: usize) -> f64 {
+    fn growth(&self, i: usize) -> f32 {
         self.cell(i).map_or(0.0, |(a, b)| {
-            2.0 * (b.s - a.s) * smaller(a.allowed.most_u, b.allowed.most_u)
+            2.0 * narrow(b.s - a.s) * smaller(a.allowed.most_u, b.allowed.most_u)
         })
     }
 
     /// Inside, ṡ² may rise from one end and fall to the other.
-    fn bound_cell(&mut self, i: usize, growth: f64) {
+    fn bound_cell(&mut self, i: usize, growth: f32) {
         let Some((a, b)) = self.cell(i) else { return };
         let peak = 0.5 * (a.reach + b.reach + growth);
         let most = smaller(peak, smaller(a.allowed.most_x, b.allowed.most_x));
-        let (length, fast) = (b.s - a.s, libm::sqrt(most));
+        let (length, fast) = (narrow(b.s - a.s), libm::sqrtf(most) * FAST);
         if let Some(r) = self.get_mut(i) {
             (r.fast, r.lasts) = (fast, length / fast);
         }
@@ -162,7 +165,8 @@ impl<const N: usize, const W: usize> Window<N, W> {
 
     /// Samples from the cell's end to where the mean of D ends; `None` if that is not known yet.
     fn travel(&self, i: usize, plan: &Plan<N>, ahead: bool) -> Option<u16> {
-        let until = plan.step + plan.tau;
+        let [grid, step, tau] = [plan.grid, plan.step, plan.tau].map(narrow);
+        let until = step + tau;
         let (mut elapsed, mut way, mut sum, mut cells) = (0.0, 0.0, 0.0, 0u16);
         let mut at = if ahead { i.saturating_add(1) } else { i };
         let mut here = self.get(at)?;
@@ -178,18 +182,14 @@ impl<const N: usize, const W: usize> Window<N, W> {
             let next = self.get(at)?;
             let lasts = if ahead { here.lasts } else { next.lasts };
             here = next;
-            way += plan.grid;
-            let counted = smaller(elapsed + lasts, until) - larger(elapsed, plan.step);
+            way += grid;
+            let counted = smaller(elapsed + lasts, until) - larger(elapsed, step);
             sum += larger(counted, 0.0) * way;
             elapsed += lasts;
             cells = cells.saturating_add(1);
             if elapsed >= until {
-                let mean = if plan.averaged > 0 {
-                    sum / plan.tau
-                } else {
-                    way
-                };
-                let whole = count(libm::ceil(mean / plan.grid));
+                let mean = if plan.averaged > 0 { sum / tau } else { way };
+                let whole = count(f64::from(libm::ceilf(mean / grid)));
                 return Some(u16::try_from(whole).map_or(cells, |whole| whole.min(cells)));
             }
         }
@@ -204,13 +204,13 @@ impl<const N: usize, const W: usize> Window<N, W> {
     }
 
     /// The least bound of |u| in some samples.
-    pub(super) fn least_u(&self, range: RangeInclusive<usize>) -> f64 {
+    pub(super) fn least_u(&self, range: RangeInclusive<usize>) -> f32 {
         let each = range.filter_map(|i| self.get(i));
-        each.fold(f64::INFINITY, |least, r| smaller(least, r.allowed.most_u))
+        each.fold(f32::INFINITY, |least, r| smaller(least, r.allowed.most_u))
     }
 
     /// The greatest.
-    pub(super) fn loosest_u(&self, range: RangeInclusive<usize>) -> f64 {
+    pub(super) fn loosest_u(&self, range: RangeInclusive<usize>) -> f32 {
         let each = range.filter_map(|i| self.get(i));
         each.fold(0.0, |most, r| larger(most, r.allowed.most_u))
     }

@@ -1,7 +1,7 @@
 //! Arcs of circles, whole circles, several turns, helices.
 
 use super::{Curve, PathPoint, PieceError, SHORTEST_M, extent, is_finite, reach};
-use crate::pose::{Pose, exp, log};
+use crate::pose::{Pose, log, turned};
 use crate::twist::Twist;
 use core::f64::consts::TAU;
 use nalgebra::{Matrix3, Vector3};
@@ -203,36 +203,75 @@ fn angle_about(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f
     if angle > 0.0 { angle } else { angle + TAU }
 }
 
+/// Where on an arc: sine of the angle, cosine less 1, and the position.
+struct Place {
+    sin: f64,
+    cos_less_1: f64,
+    position: Vector3<f64>,
+}
+
+impl Arc {
+    /// How much of the arc lies before s.
+    fn share(&self, s: f64) -> f64 {
+        reach(s, self.length) / self.length
+    }
+
+    fn place(&self, s: f64) -> Place {
+        let [x, y] = &self.radii;
+        let theta = self.angle * self.share(s);
+        // of the half angle: 1 − cos θ = 2·sin², with all its digits
+        let (half_sin, half_cos) = libm::sincos(0.5 * theta);
+        let (sin, cos_less_1) = (2.0 * half_sin * half_cos, -2.0 * half_sin * half_sin);
+        Place {
+            sin,
+            cos_less_1,
+            position: self.start.position + x * cos_less_1 + y * sin + self.rise * theta,
+        }
+    }
+}
+
 impl Curve for Arc {
     fn length(&self) -> f64 {
         self.length
     }
 
     fn at(&self, s: f64) -> PathPoint {
-        let u = reach(s, self.length) / self.length;
+        let Place {
+            sin,
+            cos_less_1,
+            position,
+        } = self.place(s);
+        let rotation = turned(&self.turn, self.share(s), &self.start.rotation);
         let rate = self.angle / self.length;
         let [x, y] = &self.radii;
-        let theta = self.angle * u;
-        let half = libm::sin(0.5 * theta);
-        let (sin, cos_less_1) = (libm::sin(theta), -2.0 * half * half);
         let cos = 1.0 + cos_less_1;
         let (out, ahead) = (x * cos + y * sin, y * cos - x * sin);
         let linear = |linear| Twist {
             linear,
             angular: Vector3::zeros(),
         };
+        let square = rate * rate;
         PathPoint {
-            pose: Pose {
-                position: self.start.position + x * cos_less_1 + y * sin + self.rise * theta,
-                rotation: exp(self.turn * u) * self.start.rotation,
-            },
+            pose: Pose { position, rotation },
             first: Twist {
                 linear: (ahead + self.rise) * rate,
                 angular: self.turn / self.length,
             },
-            second: linear(out * (-rate * rate)),
-            third: linear(ahead * (-rate * rate * rate)),
+            second: linear(out * -square),
+            third: linear(ahead * (-square * rate)),
         }
+    }
+
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        self.place(s).position
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.start.rotation
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        self.turn * self.share(s)
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Where two pieces meet: whether the tool may pass at speed.
 
 use super::PathPoint;
-use crate::pose::{Pose, log};
+use crate::pose::Pose;
 use nalgebra::Vector3;
 
 /// Two poses this close are the same, m: rounding, and nothing that a robot could repeat.
@@ -50,9 +50,11 @@ impl Join {
     }
 }
 
-/// How far two poses are apart, m and rad.
+/// How far two poses are apart, m, and by the chord of the angle θ between them, 2·sin(θ/2): of rotations,
+/// ‖A − B‖² = 8·sin²(θ/2). Of small angles the chord is the angle, and needs none of its functions.
 pub(super) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     let way = b.position - a.position;
-    let turn = log(&(b.rotation * a.rotation.transpose()));
-    (libm::sqrt(way.dot(&way)), libm::sqrt(turn.dot(&turn)))
+    let squares = a.rotation.iter().zip(b.rotation.iter());
+    let squares: f64 = squares.map(|(a, b)| (a - b) * (a - b)).sum();
+    (libm::sqrt(way.dot(&way)), libm::sqrt(0.5 * squares))
 }

@@ -2,6 +2,7 @@
 
 use super::{Arc, Curve, PathPoint, Quintic, Straight};
 use core::fmt;
+use nalgebra::{Matrix3, Vector3};
 
 /// Why there is no such piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +80,42 @@ impl Curve for Piece {
             Self::Arc(piece) => piece.at(s),
             Self::Quintic(piece) => piece.at(s),
         }
+    }
+
+    fn followed_at(&self, s: f64) -> PathPoint {
+        match self {
+            Self::Straight(piece) => piece.at(s),
+            Self::Arc(piece) => piece.at(s),
+            Self::Quintic(piece) => piece.followed_at(s),
+        }
+    }
+
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        match self {
+            Self::Straight(piece) => piece.position_at(s),
+            Self::Arc(piece) => piece.position_at(s),
+            Self::Quintic(piece) => piece.position_at(s),
+        }
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        match self {
+            Self::Straight(piece) => piece.turns_from(),
+            Self::Arc(piece) => piece.turns_from(),
+            Self::Quintic(piece) => piece.turns_from(),
+        }
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        match self {
+            Self::Straight(piece) => piece.turn_at(s),
+            Self::Arc(piece) => piece.turn_at(s),
+            Self::Quintic(piece) => piece.turn_at(s),
+        }
+    }
+
+    fn is_straight(&self) -> bool {
+        matches!(self, Self::Straight(_))
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

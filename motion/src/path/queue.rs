@@ -1,7 +1,7 @@
 //! Pieces one after the other, as one path.
 
 use super::join::Join;
-use super::{Blend, BlendError, Curve, PathPoint, Piece, Tolerance};
+use super::{Blend, BlendError, Curve, PathPoint, Piece, Quintic, Tolerance};
 use core::fmt;
 
 /// Why a piece is not taken; the path stays as it was.
@@ -29,6 +29,10 @@ impl core::error::Error for QueueError {}
 
 /// What is left of a piece after blending is not kept if it is rounding only, m.
 const NOTHING_M: f64 = 1e-12;
+
+/// Longer blends have the derivatives of their pieces by how they are made: what rounding of positions of 1 m leaves of p''
+/// and ω', 1e-13/d² and 5e-12/d², is far below what a smooth join may jump. Of shorter ones one looks.
+const SURE_M: f64 = 1e-4;
 
 /// Up to N pieces, with one parameter s from the start of the first piece ever pushed.
 ///
@@ -170,6 +174,22 @@ impl<const N: usize> Path<N> {
         self.append(&piece)
     }
 
+    /// Append the next span of one curve through points: it has derivatives with the one before it by how both are made,
+    /// which nobody needs to look at.
+    ///
+    /// # Errors
+    /// [`QueueError::Full`]; [`QueueError::Gap`] if there is no piece before it.
+    pub fn push_span(&mut self, span: Quintic) -> Result<(), QueueError> {
+        if self.room() == 0 {
+            return Err(QueueError::Full);
+        }
+        if self.is_empty() {
+            return Err(QueueError::Gap);
+        }
+        self.place_part(&span.into(), 0.0, Join::Smooth);
+        Ok(())
+    }
+
     /// Append a piece with a [`Blend`] in place of the corner before it. Where there is no corner, because
     /// the join is smooth or the path has no pieces, this is [`push`](Self::push).
     ///
@@ -207,19 +227,28 @@ impl<const N: usize> Path<N> {
             return Err(QueueError::Full);
         }
         let curve = *blend.curve();
+        let sure = curve.length() > SURE_M;
+        let join = |end: &dyn Fn() -> PathPoint, start: &dyn Fn() -> PathPoint| {
+            if sure {
+                Some(Join::Smooth)
+            } else {
+                Join::between(&end(), &start())
+            }
+        };
         let into = if rest > NOTHING_M {
             self.shorten(to);
-            Join::between(&last.piece.at(to), &curve.at(0.0))
+            join(&|| last.piece.at(to), &|| curve.at(0.0))
         } else {
             // blended at both ends: nothing is left between the blends
             self.remove_last();
             match self.last() {
-                Some(before) => Join::between(&before.piece.at(before.to), &curve.at(0.0)),
+                Some(before) => join(&|| before.piece.at(before.to), &|| curve.at(0.0)),
                 None => Some(last.join),
             }
         };
         self.place_part(&curve.into(), 0.0, into.unwrap_or(Join::Stop));
-        let out = Join::between(&curve.at(curve.length()), &piece.at(blend.distance()));
+        let end = || curve.at(curve.length());
+        let out = join(&end, &|| piece.at(blend.distance()));
         self.place_part(piece, blend.distance(), out.unwrap_or(Join::Stop));
         Ok(match (into, out) {
             (Some(Join::Smooth), Some(Join::Smooth)) => Join::Smooth,
@@ -233,6 +262,15 @@ impl<const N: usize> Path<N> {
     /// The piece is searched from the last one asked for: going along the path costs one step a piece,
     /// jumping about at most N.
     pub fn at(&mut self, s: f64) -> Option<PathPoint> {
+        self.point(s, Piece::at)
+    }
+
+    /// The same as [`Curve::followed_at`].
+    pub fn followed_at(&mut self, s: f64) -> Option<PathPoint> {
+        self.point(s, Piece::followed_at)
+    }
+
+    fn point(&mut self, s: f64, evaluate: impl Fn(&Piece, f64) -> PathPoint) -> Option<PathPoint> {
         for _ in 0..N {
             let (Some(here), next) = (
                 self.entry(self.cursor),
@@ -256,7 +294,7 @@ impl<const N: usize> Path<N> {
         } else {
             entry.from + (s - entry.start)
         };
-        Some(entry.piece.at(local))
+        Some(evaluate(&entry.piece, local))
     }
 
     /// The middles of pieces shorter than `short` that reach into the way from `from` to `to`, all in m, at most

@@ -2,7 +2,8 @@
 
 use super::{Curve, PathPoint, PieceError, SHORTEST_M, is_finite, reach, rotation};
 use crate::polynomial::{Coefficients, evaluate, quintic, third};
-use crate::pose::{Pose, exp, log};
+use crate::pose::{Pose, exp, is_zero, log};
+use crate::scalar::narrow;
 use crate::twist::Twist;
 use nalgebra::{Matrix3, Vector3};
 
@@ -53,6 +54,14 @@ impl Quintic {
     }
 }
 
+impl Quintic {
+    /// Whether the orientation changes at all.
+    fn turns(&self) -> bool {
+        let [_, _, _, turning @ ..] = &self.axes;
+        !is_zero(turning.as_flattened())
+    }
+}
+
 /// Value, first and second derivative over \[0, 1\] of the six axes.
 fn jets(point: &PathPoint, at: Vector3<f64>, turn: Vector3<f64>, length: f64) -> [[f64; 3]; 6] {
     let [turn1, turn2] = rotation::rates(turn, point.first.angular, point.second.angular);
@@ -81,22 +90,26 @@ impl Curve for Quintic {
 
     fn at(&self, s: f64) -> PathPoint {
         let h = self.length;
-        let u = reach(s, h) / h;
-        let [x, y, z, a, b, c] = self.axes.each_ref().map(|axis| {
+        let (u, per_h) = (reach(s, h) / h, 1.0 / h);
+        let powers = [per_h, per_h * per_h, per_h * per_h * per_h];
+        let jet = |axis: &Coefficients| {
             let [value, first, second] = evaluate(axis, u);
-            [
-                value,
-                first / h,
-                second / (h * h),
-                third(axis, u) / (h * h * h),
-            ]
-        });
-        let [p, p1, p2, p3] = transpose(x, y, z);
-        let (turned, [w, w1, w2]) = rotation::along(transpose(a, b, c));
+            let [by1, by2, by3] = powers;
+            [value, first * by1, second * by2, third(axis, u) * by3]
+        };
+        let [x, y, z, turning @ ..] = &self.axes;
+        let [p, p1, p2, p3] = transpose(jet(x), jet(y), jet(z));
+        let (rotation, [w, w1, w2]) = if self.turns() {
+            let [a, b, c] = turning.each_ref().map(jet);
+            let (turned, rates) = rotation::along(transpose(a, b, c));
+            (turned * self.middle, rates)
+        } else {
+            (self.middle, [Vector3::zeros(); 3])
+        };
         PathPoint {
             pose: Pose {
                 position: self.origin + p,
-                rotation: turned * self.middle,
+                rotation,
             },
             first: Twist {
                 linear: p1,
@@ -112,6 +125,84 @@ impl Curve for Quintic {
             },
         }
     }
+
+    fn followed_at(&self, s: f64) -> PathPoint {
+        let u = narrow(reach(s, self.length) / self.length);
+        let per_h = 1.0 / narrow(self.length);
+        let [x, y, z, a, b, c] = self.axes.each_ref().map(|axis| rates(axis, u, per_h));
+        let [p1, p2, p3] = columns(x, y, z);
+        let [position, turn] = self.values(s);
+        let (mut rotation, mut angular) = (self.middle, [Vector3::zeros(); 3]);
+        if self.turns() {
+            let [w1, w2, w3] = columns(a, b, c);
+            rotation = exp(turn) * self.middle;
+            angular = rotation::velocity([turn.map(narrow), w1, w2, w3]);
+        }
+        let [w, w1, w2] = angular;
+        let twist = |linear: Vector3<f32>, angular: Vector3<f32>| Twist {
+            linear: linear.map(f64::from),
+            angular: angular.map(f64::from),
+        };
+        PathPoint {
+            pose: Pose {
+                position: self.origin + position,
+                rotation,
+            },
+            first: twist(p1, w),
+            second: twist(p2, w1),
+            third: twist(p3, w2),
+        }
+    }
+
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        let [position, _] = self.values(s);
+        self.origin + position
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.middle
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        let [_, turn] = self.values(s);
+        turn
+    }
+}
+
+impl Quintic {
+    /// Position from the origin and rotation vector from the middle.
+    fn values(&self, s: f64) -> [Vector3<f64>; 2] {
+        let u = reach(s, self.length) / self.length;
+        let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
+        let [x, y, z, turning @ ..] = &self.axes;
+        let mut turn = Vector3::zeros();
+        if self.turns() {
+            let [a, b, c] = turning;
+            turn = Vector3::new(at(a), at(b), at(c));
+        }
+        [Vector3::new(at(x), at(y), at(z)), turn]
+    }
+}
+
+/// The first three derivatives by s of an axis, in f32.
+#[inline(never)]
+fn rates(axis: &Coefficients, u: f32, per_h: f32) -> [f32; 3] {
+    let [_, c1, c2, c3, c4, c5] = axis.map(narrow);
+    [
+        (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) * per_h,
+        (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) * per_h * per_h,
+        (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) * per_h * per_h * per_h,
+    ]
+}
+
+/// Three axes' rates as vectors, one for each order.
+fn columns(x: [f32; 3], y: [f32; 3], z: [f32; 3]) -> [Vector3<f32>; 3] {
+    let ([x1, x2, x3], [y1, y2, y3], [z1, z2, z3]) = (x, y, z);
+    [
+        Vector3::new(x1, y1, z1),
+        Vector3::new(x2, y2, z2),
+        Vector3::new(x3, y3, z3),
+    ]
 }
 
 /// Three axes' derivatives as derivatives of a vector.

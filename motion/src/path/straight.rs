@@ -4,6 +4,7 @@ use super::{Curve, PathPoint, PieceError, SHORTEST_M, extent, is_finite, reach};
 use crate::line::Line;
 use crate::pose::Pose;
 use crate::twist::Twist;
+use nalgebra::{Matrix3, Vector3};
 
 /// A [`Line`] over its length instead of \[0, 1\]: position straight, orientation on the shortest arc, both
 /// at a constant rate.
@@ -45,6 +46,11 @@ impl Straight {
         Ok(Self { line, length })
     }
 
+    /// How much of the line lies before s.
+    fn share(&self, s: f64) -> f64 {
+        reach(s, self.length) / self.length
+    }
+
     /// The line itself, over \[0, 1\].
     #[must_use]
     pub fn line(&self) -> &Line {
@@ -58,7 +64,7 @@ impl Curve for Straight {
     }
 
     fn at(&self, s: f64) -> PathPoint {
-        let u = reach(s, self.length) / self.length;
+        let u = self.share(s);
         let pose = if (0.0..=1.0).contains(&u) {
             self.line.at(u)
         } else {
@@ -75,6 +81,22 @@ impl Curve for Straight {
             second: Twist::zero(),
             third: Twist::zero(),
         }
+    }
+
+    fn position_at(&self, s: f64) -> Vector3<f64> {
+        self.line.start().position + self.line.twist().linear * self.share(s)
+    }
+
+    fn turns_from(&self) -> Matrix3<f64> {
+        self.line.start().rotation
+    }
+
+    fn turn_at(&self, s: f64) -> Vector3<f64> {
+        self.line.twist().angular * self.share(s)
+    }
+
+    fn is_straight(&self) -> bool {
+        true
     }
 
     fn arc_length(&self, from: f64, to: f64) -> f64 {

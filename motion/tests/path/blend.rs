@@ -183,8 +183,9 @@ proptest! {
         for (first, second) in arcs.into_iter().chain([(line, other)]) {
             let (first, second) = (Counted(&first, Cell::new(0)), Counted(&second, Cell::new(0)));
             let made = Blend::between(&first, &second, &tolerance).is_ok();
-            // both ends of the blend and 23 points an attempt, the corner once
-            let attempts = (first.1.get() + second.1.get() - 2) / 25;
+            // the corner once; an attempt takes both ends of the blend, where orientations count from, and 15 positions
+            // and orientations, each from there
+            let attempts = (first.1.get() + second.1.get() - 2) / 49;
             let turning = first.at(0.0).first.angular_norm() + second.at(0.0).first.angular_norm();
             let lines = matches!((first.0, second.0), (Piece::Straight(_), Piece::Straight(_)));
             prop_assert!(attempts <= 16);

@@ -9,6 +9,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 
 use super::data::{column, free_wrist_n, lower_arm, machine, upper_arm, wrist_t_of, wrist_v};
 use super::{arm, inverse};
+use crate::along::{JointsAlong, PoseAlong};
 use crate::description::{AxisDescription, HomingSequence, RobotDescription};
 use crate::dynamics::{Chain, IRP6_ARM};
 use crate::error::KinematicError;
@@ -91,10 +92,28 @@ impl Robot<5> for Irp6Arm {
 
     fn inverse_near(&self, flange: &Pose, near: &Joints<5>) -> Result<Joints<5>, KinematicError> {
         match inverse::continuing(flange, &six(near.0), &with_free_n()) {
-            Some(joints) => Ok(five(joints)),
+            Some(plain) => Ok(five(plain.joints)),
             None => self
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
+        }
+    }
+
+    fn inverse_along(
+        &self,
+        flange: &PoseAlong,
+        near: &Joints<5>,
+    ) -> Result<JointsAlong<5>, KinematicError> {
+        match inverse::continuing(&flange.pose, &six(near.0), &with_free_n()) {
+            Some(plain) => Ok(JointsAlong {
+                position: five(plain.joints),
+                rates: plain
+                    .rates(flange)
+                    .map(|rates| rates.map(|[a, b, c, d, e, _]| [a, b, c, d, e])),
+            }),
+            None => self
+                .inverse(&flange.pose, near)
+                .map(|solution| JointsAlong::at(solution.nearest())),
         }
     }
 

@@ -8,7 +8,7 @@
 //! *Wrist.* B = Z(t1)ᵀ·R·Πᵀ = Y(t4)·X(t5)·Y(t6) has the second column
 //! (sin t4·sin t5, cos t5, cos t4·sin t5). Either sign of sin t5 gives one t4; what is left,
 //! X(t5)ᵀ·Y(t4)ᵀ·B = Y(t6), gives t6 whatever t4 was, so an ill-conditioned t4 never spoils the
-//! orientation.
+//! orientation. Sines and cosines of these angles are what they were found from, so none is taken of an angle.
 //!
 //! *Arm.* With the wrist's centre e = r − d5·cos t4, f = −h − d5·sin t4 and the elbow's opening
 //! δ = t3 − t2, the law of cosines gives
@@ -31,11 +31,14 @@ use core::f64::consts::{FRAC_PI_2, PI};
 use motion::Pose;
 use nalgebra::Matrix3;
 
-use super::arm::{about_x, about_y, about_z, flange_axes, forward};
+use super::arm::forward;
 use super::data::{LOWER_ARM_M, UPPER_ARM_M, WRIST_M};
+use crate::along::PoseAlong;
 use crate::description::AxisDescription;
 use crate::error::{KinematicError, Quantity};
 use crate::gearing::finite;
+use crate::jet::{Jet, Turn, angle_rates};
+use crate::narrow::narrow;
 use crate::orientation::{TURN, orthonormal, wrapped};
 use crate::robot::MAX_BRANCHES;
 
@@ -74,15 +77,6 @@ impl Branches {
     }
 }
 
-/// Wrist angles t4, t5, t6, and whether t4 was free.
-#[derive(Clone, Copy, Debug)]
-struct Wrist {
-    t4: f64,
-    t5: f64,
-    t6: f64,
-    free: bool,
-}
-
 /// Every configuration of `axes` that puts the flange at `pose` (in the frame of the shoulder).
 ///
 /// `first_axis` is the index of the column in the robot, for errors.
@@ -111,7 +105,6 @@ pub(super) fn solve(
     search.result()
 }
 
-/// A search for branches: what is asked, what was found, and the best reason if nothing is.
 /// The solution on the branch of `near`, without looking at the others; nothing where the
 /// branch is not plain (on the column's axis, at a singular wrist, outside the limits or the reach):
 /// then all branches must be looked at.
@@ -119,47 +112,133 @@ pub(super) fn continuing(
     pose: &Pose,
     near: &[f64; 6],
     axes: &[AxisDescription; 6],
-) -> Option<[f64; 6]> {
+) -> Option<Plain> {
     let [near1, near2, near3, near4, ..] = *near;
     let (p, near_t4) = (pose.position, near4 + near3 + near2 + FRAC_PI_2);
-    if libm::sqrt(p.x * p.x + p.y * p.y) < PLAIN {
+    let level = libm::sqrt(p.x * p.x + p.y * p.y);
+    if level < PLAIN {
         return None;
     }
+    // the flange is in front of the column, or behind it: where it has been
     let facing = libm::atan2(p.y, p.x);
-    let away = libm::cos(facing - near1) < 0.0;
-    let t1 = if away { facing + PI } else { facing };
-    let (s1, c1) = libm::sincos(t1);
-    let b = about_z(-s1, c1) * pose.rotation * flange_axes().transpose();
-    let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
+    let away = turned_over(facing, near1);
+    let (t1, r) = if away {
+        (facing + PI, -level)
+    } else {
+        (facing, level)
+    };
+    let (s1, c1) = (p.y / r, p.x / r);
+    let b = Turned::new(&pose.rotation, s1, c1);
+    let sine = b.sine();
     if sine < PLAIN {
         return None;
     }
     let t4 = libm::atan2(b.m12, b.m32);
-    let flipped = libm::cos(t4 - near_t4) < 0.0;
-    let (t4, s5) = if flipped {
+    let (t4, s5) = if turned_over(t4, near_t4) {
         (t4 + PI, -sine)
     } else {
         (t4, sine)
     };
-    let wrist = wrist(&b, t4, s5, false);
-    let (t2, opening) = elbow(c1 * p.x + s1 * p.y, p.z, t4)?;
-    let mut joints = [
-        t1,
-        t2,
-        opening - FRAC_PI_2,
-        t4 - (t2 + opening),
-        wrist.t5,
-        wrist.t6,
-    ];
+    let wrist = Wrist::new(&b, t4, s5);
+    let elbow = Elbow::new(r, p.z, wrist.s4, wrist.c4)?;
+    let mut joints = joined(t1, &elbow, &wrist);
     for ((q, near), axis) in joints.iter_mut().zip(near).zip(axes) {
         *q = wrapped(*q, *near);
         if !axis.joint_position.contains(*q) {
             return None;
         }
     }
-    Some(joints)
+    Some(Plain {
+        joints,
+        s1,
+        c1,
+        r,
+        b,
+        wrist,
+        elbow,
+    })
 }
 
+/// Is an angle more than a quarter of a turn from another, on the shorter way? Then the opposite one is nearer.
+fn turned_over(angle: f64, near: f64) -> bool {
+    libm::fabs(wrapped(angle, near) - near) > FRAC_PI_2
+}
+
+/// A solution, and the sines and cosines that it was found from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain {
+    pub(super) joints: [f64; 6],
+    s1: f64,
+    c1: f64,
+    /// Of the flange from the column's axis in the arm's plane, m.
+    r: f64,
+    b: Turned,
+    wrist: Wrist,
+    elbow: Elbow,
+}
+
+/// Nearer to a singular wrist (sine of t5) there are no rates: of T and N they would be off by 6e-8 over it.
+const RATES_SINE: f64 = 0.01;
+
+impl Plain {
+    /// Derivatives of the joints on the flange's path: those of the equations above, by the product rule.
+    pub(super) fn rates(&self, flange: &PoseAlong) -> Option<[[f32; 6]; 3]> {
+        let Self {
+            b, wrist, elbow, ..
+        } = self;
+        if libm::fabs(wrist.s5) < RATES_SINE {
+            return None;
+        }
+        let [x, y, z] = flange.origin();
+        let column = Turn::new(angle_rates(y, x), self.s1, self.c1);
+        // along the arm's plane and across
+        let ahead = |x: Jet, y: Jet| column.cosine * x + column.sine * y;
+        let r = ahead(x, y).with_value(self.r);
+        let frame = &flange.pose.rotation;
+        let [ax, ay, az] = flange.turning(&frame.column(2).into_owned());
+        let m12 = ahead(ax, ay).with_value(b.m12);
+        let m22 = column.cosine * ay - column.sine * ax;
+        let m32 = az.with_value(b.m32);
+        let pitch = Turn::new(angle_rates(m12, m32), wrist.s4, wrist.c4);
+        let s5 = (m12 * pitch.sine + m32 * pitch.cosine).with_value(wrist.s5);
+        let v = angle_rates(s5, m22);
+        let [nx, ny, nz] = flange.turning(&frame.column(0).into_owned());
+        let [ox, oy, oz] = flange.turning(&frame.column(1).into_owned());
+        let s6 = pitch.cosine * ahead(nx, ny) - pitch.sine * nz;
+        let c6 = pitch.cosine * ahead(ox, oy) - pitch.sine * oz;
+        let n = angle_rates(s6, c6);
+        let e = (r - pitch.cosine * narrow(WRIST_M)).with_value(elbow.e);
+        let f = (z + pitch.sine * narrow(WRIST_M)) * -1.0;
+        let f = f.with_value(elbow.f);
+        let cos =
+            ((e * e + f * f) * narrow(0.5 / (LOWER_ARM_M * UPPER_ARM_M))).with_value(elbow.cos);
+        let bend = Turn::new(opening_rates(cos, elbow.sin), elbow.sin, elbow.cos);
+        let reach = (bend.cosine * narrow(UPPER_ARM_M)).plus(narrow(LOWER_ARM_M));
+        let wrist_from_elbow = angle_rates(bend.sine * narrow(UPPER_ARM_M), reach);
+        let wrist_centre = angle_rates(f, e);
+        let mut out = [[0.0; 6]; 3];
+        let arm = wrist_centre.iter().zip(&wrist_from_elbow);
+        let wrist = pitch.rates.iter().zip(&v).zip(&n);
+        let each = column.rates.iter().zip(&bend.rates).zip(arm).zip(wrist);
+        for (out, (((q1, q3), (centre, inner)), ((t4, q5), q6))) in out.iter_mut().zip(each) {
+            let t2 = centre - inner;
+            *out = [*q1, t2, *q3, t4 - t2 - q3, *q5, *q6];
+        }
+        Some(out)
+    }
+}
+
+/// The derivatives of an angle by those of its cosine: cos' = −sin·δ', and twice the product rule.
+fn opening_rates(Jet([c, c1, c2, c3]): Jet, sine: f64) -> [f32; 3] {
+    let s = narrow(sine);
+    let per_sine = -1.0 / s;
+    let first = c1 * per_sine;
+    let second = (c2 + c * first * first) * per_sine;
+    let third = (c3 + 3.0 * c * first * second - s * first * first * first) * per_sine;
+    [first, second, third]
+}
+
+/// A search for branches: what is asked, what was found, and the best reason if nothing is.
 #[derive(Clone, Copy, Debug)]
 struct Search<'a> {
     pose: Pose,
@@ -202,13 +281,12 @@ impl Search<'_> {
             .flatten()
         {
             let (s1, c1) = libm::sincos(t1);
-            let b = about_z(-s1, c1) * self.pose.rotation * flange_axes().transpose();
-            for wrist in wrists(&b, near_t4).into_iter().flatten() {
-                self.singular |= wrist.free && could_face;
-                if let Some((t2, opening)) = elbow(c1 * p.x + s1 * p.y, p.z, wrist.t4) {
-                    let q3 = opening - FRAC_PI_2;
-                    let q4 = wrist.t4 - (t2 + opening);
-                    self.turns([t1, t2, q3, q4, wrist.t5, wrist.t6]);
+            let b = Turned::new(&self.pose.rotation, s1, c1);
+            let (free, found) = wrists(&b, near_t4);
+            for wrist in found.into_iter().flatten() {
+                self.singular |= free && could_face;
+                if let Some(elbow) = Elbow::new(c1 * p.x + s1 * p.y, p.z, wrist.s4, wrist.c4) {
+                    self.turns(joined(t1, &elbow, &wrist));
                 }
             }
         }
@@ -292,40 +370,122 @@ impl Search<'_> {
     }
 }
 
-/// The one or two decompositions of B = Y(t4)·X(t5)·Y(t6).
-fn wrists(b: &Matrix3<f64>, near_t4: f64) -> [Option<Wrist>; 2] {
-    let sine = libm::sqrt(b.m12 * b.m12 + b.m32 * b.m32);
-    let complete = |t4: f64, s5: f64, free: bool| Some(wrist(b, t4, s5, free));
+/// What is read of B = Z(t1)ᵀ·R·Πᵀ, whose columns are Z(t1)ᵀ times O, A and N.
+#[derive(Clone, Copy, Debug)]
+struct Turned {
+    m11: f64,
+    m12: f64,
+    m13: f64,
+    m22: f64,
+    m31: f64,
+    m32: f64,
+    m33: f64,
+}
+
+impl Turned {
+    fn new(r: &Matrix3<f64>, s1: f64, c1: f64) -> Self {
+        Self {
+            m11: c1 * r.m12 + s1 * r.m22,
+            m12: c1 * r.m13 + s1 * r.m23,
+            m13: c1 * r.m11 + s1 * r.m21,
+            m22: c1 * r.m23 - s1 * r.m13,
+            m31: r.m32,
+            m32: r.m33,
+            m33: r.m31,
+        }
+    }
+
+    /// |sin t5|
+    fn sine(&self) -> f64 {
+        libm::sqrt(self.m12 * self.m12 + self.m32 * self.m32)
+    }
+}
+
+/// Wrist angles t4, t5, t6, with what they were found from.
+#[derive(Clone, Copy, Debug)]
+struct Wrist {
+    t4: f64,
+    s4: f64,
+    c4: f64,
+    s5: f64,
+    t5: f64,
+    t6: f64,
+}
+
+impl Wrist {
+    /// For one of the two signs of its sine, not 0.
+    fn new(b: &Turned, t4: f64, s5: f64) -> Self {
+        Self::at(b, t4, s5, b.m12 / s5, b.m32 / s5)
+    }
+
+    /// X leaves the first row alone: that of Y(t4)ᵀ·B is (cos t6, 0, sin t6).
+    fn at(b: &Turned, t4: f64, s5: f64, s4: f64, c4: f64) -> Self {
+        Self {
+            t4,
+            s4,
+            c4,
+            s5,
+            t5: libm::atan2(s5, b.m22),
+            t6: libm::atan2(c4 * b.m13 - s4 * b.m33, c4 * b.m11 - s4 * b.m31),
+        }
+    }
+}
+
+/// Whether t4 is free, and the one or two decompositions of B = Y(t4)·X(t5)·Y(t6).
+fn wrists(b: &Turned, near_t4: f64) -> (bool, [Option<Wrist>; 2]) {
+    let sine = b.sine();
     if sine < SINGULAR_SINE {
-        let s5 = b.m12 * libm::sin(near_t4) + b.m32 * libm::cos(near_t4);
-        [complete(near_t4, s5, true), None]
+        let (s4, c4) = libm::sincos(near_t4);
+        let s5 = b.m12 * s4 + b.m32 * c4;
+        (true, [Some(Wrist::at(b, near_t4, s5, s4, c4)), None])
     } else {
-        [
-            complete(libm::atan2(b.m12, b.m32), sine, false),
-            complete(libm::atan2(-b.m12, -b.m32), -sine, false),
-        ]
+        let found = [
+            Wrist::new(b, libm::atan2(b.m12, b.m32), sine),
+            Wrist::new(b, libm::atan2(-b.m12, -b.m32), -sine),
+        ];
+        (false, found.map(Some))
     }
 }
 
-/// The wrist for one of the two signs of its sine.
-fn wrist(b: &Matrix3<f64>, t4: f64, s5: f64, free: bool) -> Wrist {
-    let t5 = libm::atan2(s5, b.m22);
-    let ((s4, c4), (sin5, cos5)) = (libm::sincos(t4), libm::sincos(t5));
-    let rest = about_x(-sin5, cos5) * about_y(-s4, c4) * b;
-    let t6 = libm::atan2(rest.m13 - rest.m31, rest.m11 + rest.m33);
-    Wrist { t4, t5, t6, free }
+/// The elbow's opening δ ∈ \[0, π\] and the lower arm's t2.
+#[derive(Clone, Copy, Debug)]
+struct Elbow {
+    /// The wrist's centre from the shoulder, in the arm's plane, m.
+    e: f64,
+    f: f64,
+    sin: f64,
+    cos: f64,
+    opening: f64,
+    t2: f64,
 }
 
-/// t2 and the elbow's opening δ ∈ \[0, π\], or nothing where the wrist's centre is out of reach.
-fn elbow(r: f64, h: f64, t4: f64) -> Option<(f64, f64)> {
-    let (s4, c4) = libm::sincos(t4);
-    let (e, f) = (r - WRIST_M * c4, -h - WRIST_M * s4);
-    let cos = (e * e + f * f - LOWER_ARM_M * LOWER_ARM_M - UPPER_ARM_M * UPPER_ARM_M)
-        / (2.0 * LOWER_ARM_M * UPPER_ARM_M);
-    if !(-1.0..=1.0).contains(&cos) {
-        return None;
+impl Elbow {
+    /// For a flange at r and h in the arm's plane; nothing where the wrist's centre is out of reach.
+    fn new(r: f64, h: f64, s4: f64, c4: f64) -> Option<Self> {
+        const TWICE: f64 = 2.0 * LOWER_ARM_M * UPPER_ARM_M;
+        const SQUARES: f64 = LOWER_ARM_M * LOWER_ARM_M + UPPER_ARM_M * UPPER_ARM_M;
+        let (e, f) = (r - WRIST_M * c4, -h - WRIST_M * s4);
+        let cos = (e * e + f * f - SQUARES) / TWICE;
+        if !(-1.0..=1.0).contains(&cos) {
+            return None;
+        }
+        let sin = libm::sqrt((1.0 - cos) * (1.0 + cos));
+        // the difference of two angles is the angle of (e, f) turned back by the other
+        let (across, along) = (UPPER_ARM_M * sin, LOWER_ARM_M + UPPER_ARM_M * cos);
+        Some(Self {
+            e,
+            f,
+            sin,
+            cos,
+            opening: libm::atan2(sin, cos),
+            t2: libm::atan2(f * along - e * across, e * along + f * across),
+        })
     }
-    let sin = libm::sqrt((1.0 - cos) * (1.0 + cos));
-    let t2 = libm::atan2(f, e) - libm::atan2(UPPER_ARM_M * sin, LOWER_ARM_M + UPPER_ARM_M * cos);
-    Some((t2, libm::atan2(sin, cos)))
+}
+
+/// The joints of these angles, in any turn.
+fn joined(t1: f64, elbow: &Elbow, wrist: &Wrist) -> [f64; 6] {
+    let Elbow { t2, opening, .. } = *elbow;
+    let (q3, q4) = (opening - FRAC_PI_2, wrist.t4 - (t2 + opening));
+    [t1, t2, q3, q4, wrist.t5, wrist.t6]
 }

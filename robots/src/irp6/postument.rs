@@ -5,6 +5,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 
 use super::data::{column, lower_arm, machine, upper_arm, wrist_n, wrist_t, wrist_v};
 use super::{arm, inverse};
+use crate::along::{JointsAlong, PoseAlong};
 use crate::description::{HomingSequence, RobotDescription};
 use crate::dynamics::{Chain, IRP6_POSTUMENT};
 use crate::error::KinematicError;
@@ -59,10 +60,26 @@ impl Robot<6> for Irp6Postument {
 
     fn inverse_near(&self, flange: &Pose, near: &Joints<6>) -> Result<Joints<6>, KinematicError> {
         match inverse::continuing(flange, &near.0, &DESCRIPTION.axes) {
-            Some(joints) => Ok(Joints(joints)),
+            Some(plain) => Ok(Joints(plain.joints)),
             None => self
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
+        }
+    }
+
+    fn inverse_along(
+        &self,
+        flange: &PoseAlong,
+        near: &Joints<6>,
+    ) -> Result<JointsAlong<6>, KinematicError> {
+        match inverse::continuing(&flange.pose, &near.0, &DESCRIPTION.axes) {
+            Some(plain) => Ok(JointsAlong {
+                position: Joints(plain.joints),
+                rates: plain.rates(flange),
+            }),
+            None => self
+                .inverse(&flange.pose, near)
+                .map(|solution| JointsAlong::at(solution.nearest())),
         }
     }
 

@@ -7,6 +7,7 @@ use nalgebra::{ArrayStorage, SMatrix, Vector3};
 
 use super::data::{column, lower_arm, machine, track, upper_arm, wrist_n, wrist_t, wrist_v};
 use super::{arm, inverse};
+use crate::along::{JointsAlong, PoseAlong};
 use crate::description::{HomingSequence, Range, RobotDescription};
 use crate::dynamics::{Chain, IRP6_TRACK};
 use crate::error::{KinematicError, Quantity};
@@ -79,6 +80,19 @@ impl TrackRule {
     }
 }
 
+impl TrackRule {
+    /// By how much of y the track goes on with the flange: nothing, or all of it, or something that changes.
+    fn share(self, y: f64, range: Range) -> Option<f32> {
+        let beyond = |end: f64| libm::fabs(y - end) - BEND_M;
+        match self {
+            Self::Keep => Some(0.0),
+            Self::InFront if beyond(range.lower) <= 0.0 || beyond(range.upper) <= 0.0 => None,
+            Self::InFront if range.contains(y) => Some(1.0),
+            Self::InFront => Some(0.0),
+        }
+    }
+}
+
 /// Half the length of the curve on which the track comes to its end, m.
 pub const BEND_M: f64 = 0.05;
 
@@ -126,6 +140,10 @@ static DESCRIPTION: RobotDescription<7> = RobotDescription {
     cartesian_acceleration: 5.0,
 };
 
+fn joined(along: f64, [q1, q2, q3, q4, q5, q6]: [f64; 6]) -> Joints<7> {
+    Joints([along, q1, q2, q3, q4, q5, q6])
+}
+
 impl Robot<7> for Irp6Track {
     fn description(&self) -> &'static RobotDescription<7> {
         &DESCRIPTION
@@ -162,10 +180,8 @@ impl Robot<7> for Irp6Track {
             rotation: flange.rotation,
         };
         let found = inverse::solve(&from_shoulder, &near_arm, axes, 1)?;
-        let joined = found
-            .iter()
-            .map(|[q1, q2, q3, q4, q5, q6]| Joints([along, q1, q2, q3, q4, q5, q6]));
-        Inverse::new(joined, near).ok_or(KinematicError::Unreachable)
+        let all = found.iter().map(|arm| joined(along, arm));
+        Inverse::new(all, near).ok_or(KinematicError::Unreachable)
     }
 
     fn inverse_near(&self, flange: &Pose, near: &Joints<7>) -> Result<Joints<7>, KinematicError> {
@@ -178,13 +194,49 @@ impl Robot<7> for Irp6Track {
             rotation: flange.rotation,
         };
         match inverse::continuing(&from_shoulder, &near_arm, axes) {
-            Some([q1, q2, q3, q4, q5, q6]) if range.contains(along) => {
-                Ok(Joints([along, q1, q2, q3, q4, q5, q6]))
-            }
+            Some(plain) if range.contains(along) => Ok(joined(along, plain.joints)),
             _ => self
                 .inverse(flange, near)
                 .map(|solution| solution.nearest()),
         }
+    }
+
+    fn inverse_along(
+        &self,
+        flange: &PoseAlong,
+        near: &Joints<7>,
+    ) -> Result<JointsAlong<7>, KinematicError> {
+        let [kept, near_arm @ ..] = near.0;
+        let [track, axes @ ..] = &DESCRIPTION.axes;
+        let range = track.joint_position;
+        let y = flange.pose.position.y;
+        let along = self.rule.along(y, kept, range);
+        let mut arm = *flange;
+        arm.pose.position.y -= along;
+        let plain = inverse::continuing(&arm.pose, &near_arm, axes);
+        let Some(plain) = plain.filter(|_| range.contains(along)) else {
+            return self
+                .inverse(&flange.pose, near)
+                .map(|solution| JointsAlong::at(solution.nearest()));
+        };
+        let share = self.rule.share(y, range);
+        let rates = share.and_then(|share| {
+            let mut carried = [0.0; 3];
+            for (carried, arm) in carried.iter_mut().zip(&mut arm.linear) {
+                *carried = share * arm.y;
+                arm.y -= *carried;
+            }
+            let mut out = [[0.0; 7]; 3];
+            let all = plain.rates(&arm)?.into_iter().zip(carried);
+            for (out, ([q1, q2, q3, q4, q5, q6], along)) in out.iter_mut().zip(all) {
+                *out = [along, q1, q2, q3, q4, q5, q6];
+            }
+            Some(out)
+        });
+        Ok(JointsAlong {
+            position: joined(along, plain.joints),
+            rates,
+        })
     }
 
     fn chain(&self) -> Option<Chain<7>> {

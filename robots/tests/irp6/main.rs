@@ -1,5 +1,6 @@
 //! Both IRp-6 against published figures, independent formulas and their own inverses.
 
+mod along;
 mod golden;
 mod inverse;
 mod kinematics;
