@@ -23,6 +23,7 @@ pub use report::FEEDBACK_STEPS;
 use crate::capacity::PATH_SAMPLES;
 use crate::config::{ConfigError, NodeConfig};
 use crate::ecp::{Ecp, NoPrograms, Programs};
+use crate::edp::envelopes::envelopes;
 use crate::edp::{Edp, EdpSetup};
 use crate::io::{Port, Received};
 use crate::maintenance::Asked;
@@ -57,7 +58,7 @@ impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
             return Err(ConfigError::ServoLaw);
         }
         let edp = EdpSetup::new(&robot, &config);
-        edp.validate()?;
+        edp.validate(envelopes(robot.description(), config.velocity_factor, true))?;
         Ok(Self { robot, config, edp })
     }
 

@@ -106,9 +106,9 @@ struct Pair {
     bus: u64,
 }
 
-/// A line: bus = `bus` + `fraction` + `rate` · (local − `local`).
-#[derive(Clone, Copy, Debug)]
-struct Line {
+/// Bus time as a line over local time: bus = `bus` + `fraction` + `rate` · (local − `local`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
     local: u64,
     bus: u64,
     /// µs, 0 to 1 where the line is a segment of bus time.
@@ -117,7 +117,8 @@ struct Line {
 }
 
 impl Line {
-    const IDENTITY: Self = Self {
+    /// Bus time is local time.
+    pub const IDENTITY: Self = Self {
         local: 0,
         bus: 0,
         fraction: 0.0,
@@ -132,6 +133,19 @@ impl Line {
         let whole = floor(correction);
         let base = self.bus.wrapping_add(local.wrapping_sub(self.local));
         (base.saturating_add_signed(whole), correction - float(whole))
+    }
+
+    /// The first local time whose bus time is not before `bus`.
+    #[must_use]
+    pub fn to_local(&self, bus: Micros) -> Micros {
+        let span = (difference(bus.0, self.bus) - self.fraction) / self.rate;
+        let guess = self.local.saturating_add_signed(floor(span));
+        let reached = self.at(guess).0 >= bus.0;
+        Micros(if reached {
+            guess
+        } else {
+            guess.saturating_add(1)
+        })
     }
 
     /// `bus` minus the line at `local`, µs.
@@ -233,15 +247,13 @@ impl Clock {
     /// The first local time whose bus time is not before `bus`, as far as is known now.
     #[must_use]
     pub fn to_local(&self, bus: Micros) -> Micros {
-        let segment = &self.segment;
-        let span = (difference(bus.0, segment.bus) - segment.fraction) / segment.rate;
-        let guess = segment.local.saturating_add_signed(floor(span));
-        let reached = segment.at(guess).0 >= bus.0;
-        Micros(if reached {
-            guess
-        } else {
-            guess.saturating_add(1)
-        })
+        self.segment.to_local(bus)
+    }
+
+    /// Bus time over local time, as far as is known now.
+    #[must_use]
+    pub const fn line(&self) -> Line {
+        self.segment
     }
 
     /// How far [`Self::to_bus`] can be trusted at a local time.

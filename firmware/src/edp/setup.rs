@@ -1,19 +1,19 @@
 //! From a robot's description and a node's configuration to everything the EDP computes with.
 
-use crate::capacity::{DRIVE_BUSES, KNOT_QUEUE};
+use crate::capacity::DRIVE_BUSES;
 use crate::config::{ConfigError, DriveAddress, NodeConfig};
 use crate::ecp::Limits;
 use crate::ecp::generator::axis_move::MotorShare;
 use crate::edp::axis::{AxisConstants, whole};
 use crate::edp::drives::AxisSetup;
+use crate::edp::envelopes::{PLAN_VELOCITY, envelopes, ranges};
 use crate::edp::homing::HomingParameters;
-use crate::edp::limits::Bounds;
 use crate::edp::servo::{FeedForwardGains, OriginalGains, narrow};
 use motion::angle::Ratio;
-use motion::interpolator::FeedPace;
+use motion::interpolator::{Braking, PathLimits, Range};
 use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
-use motion::{Angle, AxisEnvelope, Interpolator};
+use motion::{Angle, AxisEnvelope};
 use protocol::canopen::cia402::Mode;
 use protocol::canopen::fast::Slot;
 use protocol::canopen::node::NodeId as DriveId;
@@ -22,24 +22,17 @@ use protocol::time::Micros;
 use protocol::units::UNITS_PER_INCREMENT;
 use robots::{AxisDescription, Robot, VelocityFactor};
 
-/// What a path between knots may use of the hard acceleration and jerk; the rest is room to stop
-/// on the path.
-const PLAN_ACCELERATION: f64 = 0.4;
-const PLAN_JERK: f64 = 0.3;
-/// What a path may use of the hard velocity: a stop tail that begins at full acceleration still
-/// gains 32/27·a²/j = 4.4 rad/s at the IRp-6's limits (a = 360, j = 34800), of 50 rad/s.
-const PLAN_VELOCITY: f64 = 0.91;
 /// What a generator plans with, as a fraction of that: interpolation between knots overshoots by
 /// 0.0221·j·h² = 0.03 rad/s at the planning jerk and macrosteps of 20 ms.
 const GENERATOR_VELOCITY: f64 = 0.99;
-/// Before homing there are no position limits to keep; a bound for the arithmetic, rad.
-const UNBOUNDED_RAD: f64 = 1e5;
 
 /// Everything the EDP computes with.
 #[derive(Clone, Debug)]
 pub struct EdpSetup<const N: usize> {
     /// Servo step, s.
     pub servo_step_s: f64,
+    /// The same.
+    pub period: Micros,
     /// Macrostep.
     pub macrostep: Micros,
     /// Where the drives are.
@@ -58,10 +51,12 @@ pub struct EdpSetup<const N: usize> {
     pub overcurrent_ma: [f32; N],
     /// The servo law in force.
     pub law: ServoLaw,
-    /// How fast paths may be held and resumed.
-    pub pace: FeedPace,
-    /// The gate, homed.
-    homed_bounds: [Bounds; N],
+    /// How fast paths may be held and resumed, and axes stopped.
+    pub braking: Braking<N>,
+    /// Where the motors may be, once homed.
+    pub homed_ranges: [Range; N],
+    /// Share of the motors' hard velocity that may be used.
+    pub velocity_factor: f64,
 }
 
 impl<const N: usize> EdpSetup<N> {
@@ -78,15 +73,9 @@ impl<const N: usize> EdpSetup<N> {
             ServoLaw::DrivePosition => Mode::Csp,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
-        let homed_bounds = description.axes.each_ref().map(|axis| Bounds {
-            lower: axis.motor_position.lower,
-            upper: axis.motor_position.upper,
-            velocity: axis.hard_limits.velocity * factor,
-            acceleration: axis.hard_limits.acceleration,
-            jerk: axis.hard_limits.jerk,
-        });
         let setup = Self {
             servo_step_s: period.as_secs_f64(),
+            period,
             macrostep: Micros(period.0 * u64::from(description.macrostep)),
             addresses: config.drives,
             scripts: description.axes.each_ref().map(|axis| AxisSetup {
@@ -121,8 +110,9 @@ impl<const N: usize> EdpSetup<N> {
                 .each_ref()
                 .map(|axis| whole(axis.overcurrent_ma)),
             law: config.law,
-            pace: FeedPace::new(&envelopes(&homed_bounds)),
-            homed_bounds,
+            braking: Braking::new(&envelopes(description, factor, true)),
+            homed_ranges: ranges(description),
+            velocity_factor: factor,
         };
         if config.fast_drives {
             setup.with_slots()
@@ -157,36 +147,13 @@ impl<const N: usize> EdpSetup<N> {
         }
     }
 
-    /// The bounds of the gate.
-    #[must_use]
-    pub fn bounds(&self, homed: bool) -> [Bounds; N] {
-        if homed {
-            return self.homed_bounds;
-        }
-        self.homed_bounds.map(|b| Bounds {
-            lower: -UNBOUNDED_RAD,
-            upper: UNBOUNDED_RAD,
-            ..b
-        })
-    }
-
-    /// What the interpolator may do.
-    #[must_use]
-    pub fn envelopes(&self, homed: bool) -> [AxisEnvelope; N] {
-        envelopes(&self.bounds(homed))
-    }
-
-    /// An interpolator can be made of the envelopes.
+    /// There can be paths within the envelopes.
     ///
     /// # Errors
     /// [`ConfigError::NoRoomToStop`], [`ConfigError::FastDrive`].
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self, envelopes: [AxisEnvelope; N]) -> Result<(), ConfigError> {
         self.validate_slots()?;
-        let Err(error) = Interpolator::<N, KNOT_QUEUE>::with_pace(
-            self.envelopes(true),
-            [Angle::ZERO; N],
-            self.pace,
-        ) else {
+        let Err(error) = PathLimits::new(envelopes) else {
             return Ok(());
         };
         let (EnvelopeError::Senseless { axis } | EnvelopeError::NoRoomToStop { axis, .. }) = error;
@@ -237,28 +204,6 @@ impl<const N: usize> EdpSetup<N> {
             cartesian_acceleration: description.cartesian_acceleration,
         }
     }
-}
-
-fn envelopes<const N: usize>(bounds: &[Bounds; N]) -> [AxisEnvelope; N] {
-    bounds.map(|b| {
-        let hard = AxisLimits {
-            v: b.velocity,
-            a: b.acceleration,
-            j: b.jerk,
-        };
-        let plan = AxisLimits {
-            v: hard.v * PLAN_VELOCITY,
-            a: hard.a * PLAN_ACCELERATION,
-            j: hard.j * PLAN_JERK,
-        };
-        AxisEnvelope {
-            lower: b.lower,
-            upper: b.upper,
-            hard,
-            plan,
-            acceleration_step: plan.a,
-        }
-    })
 }
 
 fn units_per_rad(axis: &AxisDescription) -> f64 {
