@@ -20,7 +20,7 @@ mod stuck;
 mod supervise;
 mod synchronise;
 
-pub use setup::EdpSetup;
+pub use setup::{Constants, EdpSetup};
 
 use crate::ecp::EffectorAtMotors;
 use crate::io::Port;
@@ -55,7 +55,7 @@ pub struct HomingProgress {
 #[derive(Debug)]
 pub struct Edp<R, const N: usize> {
     robot: R,
-    setup: EdpSetup<N>,
+    setup: Constants<N>,
     mode: Mode,
     drives: Drives<N>,
     axes: [Axis; N],
@@ -87,23 +87,27 @@ pub struct Edp<R, const N: usize> {
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Nothing known of the drives yet.
     pub fn new(now: Micros, robot: R, setup: EdpSetup<N>) -> Self {
-        let axes = setup.axes.map(|constants| Axis::new(constants, setup.law));
-        let bounds = bounds(robot.description(), setup.velocity_factor, false);
+        let EdpSetup {
+            constants,
+            addresses,
+            scripts,
+            sync_cob,
+            master,
+            axes,
+            braking,
+            velocity_factor,
+        } = setup;
+        let axes = axes.map(|each| Axis::new(each, constants.law));
+        let bounds = bounds(robot.description(), velocity_factor, false);
         Self {
-            computed: ComputedTorque::new(&robot, setup.servo_step_s),
+            computed: ComputedTorque::new(&robot, constants.servo_step_s),
             offset_share: 0.0,
             robot,
             mode: Mode::Boot,
-            drives: Drives::new(
-                now,
-                &setup.addresses,
-                &setup.scripts,
-                setup.sync_cob,
-                setup.master,
-            ),
+            drives: Drives::new(now, &addresses, &scripts, sync_cob, master),
             axes,
-            interpolator: Holder::new(setup.braking),
-            gate: Gate::at_rest(&[Angle::ZERO; N], &bounds, setup.servo_step_s),
+            interpolator: Holder::new(braking),
+            gate: Gate::at_rest(&[Angle::ZERO; N], &bounds, constants.servo_step_s),
             ranges_homed: false,
             guard: JointGuard::new(robot.description()),
             homing: None,
@@ -119,7 +123,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             acceleration_step: 0.0,
             step: 0,
             configured: 0,
-            setup,
+            setup: constants,
         }
     }
 

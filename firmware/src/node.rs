@@ -70,7 +70,7 @@ impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
     #[inline(always)]
     pub fn ecp<P: Programs<N>, const W: usize>(&self, programs: P) -> Ecp<R, N, P, W> {
         let limits = EdpSetup::generator_limits(&self.robot, self.config.velocity_factor);
-        let macrostep_s = self.edp.macrostep.as_secs_f64();
+        let macrostep_s = self.edp.constants.macrostep.as_secs_f64();
         Ecp::new(self.robot, limits, macrostep_s, programs)
     }
 

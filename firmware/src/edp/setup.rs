@@ -26,15 +26,32 @@ use robots::{AxisDescription, Robot, VelocityFactor};
 /// 0.0221·j·h² = 0.03 rad/s at the planning jerk and macrosteps of 20 ms.
 const GENERATOR_VELOCITY: f64 = 0.99;
 
-/// Everything the EDP computes with.
+/// What the EDP goes on computing with.
 #[derive(Clone, Debug)]
-pub struct EdpSetup<const N: usize> {
+pub struct Constants<const N: usize> {
     /// Servo step, s.
     pub servo_step_s: f64,
     /// The same.
     pub period: Micros,
     /// Macrostep.
     pub macrostep: Micros,
+    /// Homing.
+    pub homing: [HomingParameters; N],
+    /// Trip currents, mA.
+    pub overcurrent_ma: [f32; N],
+    /// The drive has a torque offset mapped.
+    pub torque_offset: [bool; N],
+    /// The servo law in force.
+    pub law: ServoLaw,
+    /// Where the motors may be, once homed.
+    pub homed_ranges: [Range; N],
+}
+
+/// Everything an EDP is made of.
+#[derive(Clone, Debug)]
+pub struct EdpSetup<const N: usize> {
+    /// What stays with it.
+    pub constants: Constants<N>,
     /// Where the drives are.
     pub addresses: [DriveAddress; N],
     /// How the drives are configured.
@@ -45,16 +62,8 @@ pub struct EdpSetup<const N: usize> {
     pub master: DriveId,
     /// Constants of the loops.
     pub axes: [AxisConstants; N],
-    /// Homing.
-    pub homing: [HomingParameters; N],
-    /// Trip currents, mA.
-    pub overcurrent_ma: [f32; N],
-    /// The servo law in force.
-    pub law: ServoLaw,
     /// How fast paths may be held and resumed, and axes stopped.
     pub braking: Braking<N>,
-    /// Where the motors may be, once homed.
-    pub homed_ranges: [Range; N],
     /// Share of the motors' hard velocity that may be used.
     pub velocity_factor: f64,
 }
@@ -73,10 +82,30 @@ impl<const N: usize> EdpSetup<N> {
             ServoLaw::DrivePosition => Mode::Csp,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
+        let has_chain = robot.chain().is_some();
+        let offset = |axis: &AxisDescription| has_chain && axis.is_direct();
         let setup = Self {
-            servo_step_s: period.as_secs_f64(),
-            period,
-            macrostep: Micros(period.0 * u64::from(description.macrostep)),
+            constants: Constants {
+                servo_step_s: period.as_secs_f64(),
+                period,
+                macrostep: Micros(period.0 * u64::from(description.macrostep)),
+                homing: description.axes.each_ref().map(|axis| HomingParameters {
+                    way: axis.homing,
+                    travel_rad: axis.motor_position.upper - axis.motor_position.lower,
+                    limits: AxisLimits {
+                        v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,
+                        a: axis.planning_limits.acceleration,
+                        j: axis.planning_limits.jerk,
+                    },
+                }),
+                overcurrent_ma: description
+                    .axes
+                    .each_ref()
+                    .map(|axis| whole(axis.overcurrent_ma)),
+                torque_offset: description.axes.each_ref().map(offset),
+                law: config.law,
+                homed_ranges: ranges(description),
+            },
             addresses: config.drives,
             scripts: description.axes.each_ref().map(|axis| AxisSetup {
                 sync_cob: config.sync_cob,
@@ -90,28 +119,13 @@ impl<const N: usize> EdpSetup<N> {
                 ),
                 max_torque: 0,
                 mode: mode.code(),
-                torque_offset: robot.chain().is_some() && axis.is_direct(),
+                torque_offset: offset(axis),
                 slot: None,
             }),
             sync_cob: config.sync_cob,
             master: config.master,
             axes,
-            homing: description.axes.each_ref().map(|axis| HomingParameters {
-                way: axis.homing,
-                travel_rad: axis.motor_position.upper - axis.motor_position.lower,
-                limits: AxisLimits {
-                    v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,
-                    a: axis.planning_limits.acceleration,
-                    j: axis.planning_limits.jerk,
-                },
-            }),
-            overcurrent_ma: description
-                .axes
-                .each_ref()
-                .map(|axis| whole(axis.overcurrent_ma)),
-            law: config.law,
             braking: Braking::new(&envelopes(description, factor, true)),
-            homed_ranges: ranges(description),
             velocity_factor: factor,
         };
         if config.fast_drives {
