@@ -24,7 +24,7 @@ pub mod refusal;
 pub mod tool_motion;
 pub mod tool_path;
 pub use image::{Coordinator, Demand, EffectorAtMotors, EffectorImage, Sensors};
-pub use plan::{MotorKnot, Plan, Verdict};
+pub use plan::{Ahead, Plan, PlannedPiece, Verdict};
 
 use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
 use agenda::Agenda;
@@ -154,6 +154,8 @@ pub struct Ecp<R, const N: usize, P, const W: usize> {
     tool_path: ToolPath<N, W>,
     /// What the step is to be made of, in its place: large too.
     input: Input<EcpOf<N>>,
+    /// The set-point queue at the order.
+    ahead: Ahead<N>,
     homed: bool,
     /// Knots of tight coordination that this step takes beside the one that it begins with.
     knots: heapless::Deque<KnotMessage, KNOTS_PER_PLAN>,
@@ -194,6 +196,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                 v: Sensors { effort: [0.0; N] },
                 t: (),
             },
+            ahead: Ahead::nothing(),
             homed: false,
             knots: heapless::Deque::new(),
             plan: Plan::new(),
@@ -344,11 +347,17 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         })
     }
 
-    /// The order to make a step: what was said until now, and the image and the readings of now. The joints are
-    /// found where there is time for it.
+    /// The order to make a step: what was said until now, the image and the readings of now, and what its plan will be
+    /// ahead of. The joints are found where there is time for it.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn order(&mut self, agenda: &mut Agenda, e: &EffectorAtMotors<N>, v: Sensors<N>) {
+    pub fn order(
+        &mut self,
+        agenda: &mut Agenda,
+        e: &EffectorAtMotors<N>,
+        v: Sensors<N>,
+        ahead: Ahead<N>,
+    ) {
         let Coordinator {
             says,
             end_motion,
@@ -385,6 +394,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         image.demanded_motors = e.demanded_motors;
         image.following_error = e.following_error;
         self.homed = e.homed;
+        self.ahead = ahead;
         self.input.v = v;
     }
 
@@ -451,10 +461,15 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             }
         };
         match step {
-            Step::Demand(demand) => match self.plan.add(&self.robot, &demand) {
-                Ok(()) => Verdict::Goes,
-                Err(refusal) => Verdict::Failed(refusal),
-            },
+            Step::Demand(demand) => {
+                match self
+                    .plan
+                    .add(&self.robot, &self.limits, &self.ahead, &demand)
+                {
+                    Ok(()) => Verdict::Goes,
+                    Err(refusal) => Verdict::Failed(refusal),
+                }
+            }
             Step::Hold => Verdict::Goes,
             Step::Done => Verdict::Ended,
         }

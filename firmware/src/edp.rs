@@ -8,6 +8,7 @@
 pub mod axis;
 pub mod computed;
 pub mod drives;
+pub(crate) mod envelopes;
 mod holder;
 pub mod homing;
 pub mod limits;
@@ -19,13 +20,14 @@ mod stuck;
 mod supervise;
 mod synchronise;
 
-pub use setup::EdpSetup;
+pub use setup::{Constants, EdpSetup};
 
 use crate::ecp::EffectorAtMotors;
 use crate::io::Port;
 use axis::{Axis, Reference};
 use computed::ComputedTorque;
 use drives::{DriveLink, Drives, Task};
+use envelopes::{UNBOUNDED, bounds};
 use holder::Holder;
 use limits::Gate;
 use mode::{Event, Mode};
@@ -53,7 +55,7 @@ pub struct HomingProgress {
 #[derive(Debug)]
 pub struct Edp<R, const N: usize> {
     robot: R,
-    setup: EdpSetup<N>,
+    setup: Constants<N>,
     mode: Mode,
     drives: Drives<N>,
     axes: [Axis; N],
@@ -63,12 +65,11 @@ pub struct Edp<R, const N: usize> {
     offset_share: f32,
     interpolator: Holder<N>,
     gate: Gate<N>,
-    /// The gate has the bounds of a homed robot.
-    gate_homed: bool,
+    /// Gate and interpolator have the ranges of a homed robot.
+    ranges_homed: bool,
     guard: JointGuard<N>,
     homing: Option<HomingRun>,
     homing_report: Option<HomingProgress>,
-    last_knot_at: Micros,
     queue_end: Motors<N>,
     overcurrent: [u8; N],
     stuck: [Stuck; N],
@@ -78,7 +79,7 @@ pub struct Edp<R, const N: usize> {
     coming_to_rest: bool,
     new_fault: Option<Fault>,
     violations: u32,
-    acceleration_step: f64,
+    acceleration_step: f32,
     step: u32,
     configured: u8,
 }
@@ -86,27 +87,31 @@ pub struct Edp<R, const N: usize> {
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Nothing known of the drives yet.
     pub fn new(now: Micros, robot: R, setup: EdpSetup<N>) -> Self {
-        let axes = setup.axes.map(|constants| Axis::new(constants, setup.law));
+        let EdpSetup {
+            constants,
+            addresses,
+            scripts,
+            sync_cob,
+            master,
+            axes,
+            braking,
+            velocity_factor,
+        } = setup;
+        let axes = axes.map(|each| Axis::new(each, constants.law));
+        let bounds = bounds(robot.description(), velocity_factor, false);
         Self {
-            computed: ComputedTorque::new(&robot, setup.servo_step_s),
+            computed: ComputedTorque::new(&robot, constants.servo_step_s),
             offset_share: 0.0,
             robot,
             mode: Mode::Boot,
-            drives: Drives::new(
-                now,
-                &setup.addresses,
-                &setup.scripts,
-                setup.sync_cob,
-                setup.master,
-            ),
+            drives: Drives::new(now, &addresses, &scripts, sync_cob, master),
             axes,
-            interpolator: Holder::new(setup.pace),
-            gate: Gate::at_rest(&[Angle::ZERO; N], &setup.bounds(false), setup.servo_step_s),
-            gate_homed: false,
+            interpolator: Holder::new(braking),
+            gate: Gate::at_rest(&[Angle::ZERO; N], &bounds, constants.servo_step_s),
+            ranges_homed: false,
             guard: JointGuard::new(robot.description()),
             homing: None,
             homing_report: None,
-            last_knot_at: Micros(0),
             queue_end: Motors([0.0; N]),
             overcurrent: [0; N],
             stuck: [Stuck::default(); N],
@@ -118,7 +123,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             acceleration_step: 0.0,
             step: 0,
             configured: 0,
-            setup,
+            setup: constants,
         }
     }
 
@@ -164,11 +169,8 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     }
 
     /// Greatest step of acceleration where a cubic segment began, since the last call, rad/s².
-    #[expect(clippy::cast_possible_truncation, reason = "a report")]
     pub const fn take_acceleration_step(&mut self) -> f32 {
-        let step = self.acceleration_step;
-        self.acceleration_step = 0.0;
-        step as f32
+        core::mem::replace(&mut self.acceleration_step, 0.0)
     }
 
     /// Are all axes homed?
@@ -352,17 +354,16 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
     fn hold_at(&mut self, positions: [Angle; N]) {
-        let homed = self.homed();
-        self.interpolator
-            .hold(self.setup.envelopes(homed), positions);
-        if homed == self.gate_homed {
-            self.gate.hold(&positions);
+        self.ranges_homed = self.homed();
+        let unbounded = [UNBOUNDED; N];
+        let ranges = if self.ranges_homed {
+            &self.setup.homed_ranges
         } else {
-            // its limits become integers only when they change
-            let bounds = self.setup.bounds(homed);
-            self.gate = Gate::at_rest(&positions, &bounds, self.setup.servo_step_s);
-            self.gate_homed = homed;
-        }
+            &unbounded
+        };
+        self.interpolator.hold(ranges, positions);
+        self.gate.set_ranges(ranges);
+        self.gate.hold(&positions);
         self.queue_end = Motors(positions.map(Angle::to_f64));
         self.quick_stop_taken = false;
         self.coming_to_rest = false;

@@ -23,6 +23,7 @@ pub use report::FEEDBACK_STEPS;
 use crate::capacity::PATH_SAMPLES;
 use crate::config::{ConfigError, NodeConfig};
 use crate::ecp::{Ecp, NoPrograms, Programs};
+use crate::edp::envelopes::envelopes;
 use crate::edp::{Edp, EdpSetup};
 use crate::io::{Port, Received};
 use crate::maintenance::Asked;
@@ -57,7 +58,7 @@ impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
             return Err(ConfigError::ServoLaw);
         }
         let edp = EdpSetup::new(&robot, &config);
-        edp.validate()?;
+        edp.validate(envelopes(robot.description(), config.velocity_factor, true))?;
         Ok(Self { robot, config, edp })
     }
 
@@ -69,7 +70,7 @@ impl<R: Robot<N> + Copy, const N: usize> NodeSetup<R, N> {
     #[inline(always)]
     pub fn ecp<P: Programs<N>, const W: usize>(&self, programs: P) -> Ecp<R, N, P, W> {
         let limits = EdpSetup::generator_limits(&self.robot, self.config.velocity_factor);
-        let macrostep_s = self.edp.macrostep.as_secs_f64();
+        let macrostep_s = self.edp.constants.macrostep.as_secs_f64();
         Ecp::new(self.robot, limits, macrostep_s, programs)
     }
 

@@ -4,11 +4,11 @@
 //! queued [`Knot`]s: quintic (C2) or, for knots without accelerations, cubic (C1).
 //!
 //! **Two kinds of limits.** Knots are held to the *plan* limits: the exact extrema of every segment are
-//! compared when it is pushed, before anything moves. Set-points keep the *hard* limits, whatever happens:
+//! compared when it is made, before anything moves. Set-points keep the *hard* limits, whatever happens:
 //! the room between is what stopping on the path needs (see [`AxisEnvelope`]).
 //!
 //! **The path never just ends.** Behind the last knot lies a stop tail: C2 with the path, along its tangent,
-//! to rest, within hard limits and, checked at push, within the position limits. It exists for every end
+//! to rest, within hard limits and, checked with the piece, within the position limits. It exists for every end
 //! that the plan limits allow. So at any time a stop is known that needs no further message. An underrun
 //! is nothing but the path going on into its tail.
 //!
@@ -19,47 +19,54 @@
 //! constants, such that these stay within the hard limits wherever on the path, or tail, the rate changes.
 //! (Steps of acceleration in cubic segments come on top of the jerk.)
 //!
-//! **Numbers.** Knots come and are checked in f64; set-points are made of them in fixed point ([`Angle`]) and f32, which cost a
-//! microcontroller a fiftieth. The stop tail and a quick stop, which are rare, are computed in f64 and end in the same numbers.
+//! **Numbers.** Knots come and are checked in f64, which takes a microcontroller two servo steps: so it is done ahead of
+//! them, by [`PathLimits::piece`]. What comes of it is a [`Piece`] in fixed point ([`Angle`]) and f32, which cost a fiftieth;
+//! the servo step only takes it over, if the path still [ends](Tip) where it was made to begin. Set-points on the path, on
+//! its stop tail and in a quick stop are made of integers and f32 too; only what changes the feed rate is f64.
 //!
 //! Times are the caller's integer microseconds; at rate 1, path time is that time less a constant.
 
+mod braking;
 mod command;
 mod fixed;
+mod piece;
 mod query;
 mod queue;
 mod rate;
 mod report;
 mod segment;
+mod span;
 mod step;
+mod stop;
 mod tail;
 
+pub use braking::Braking;
 pub use fixed::EVALUATION_QUANTA;
-pub use report::{
-    Accepted, Moving, Output, PushError, QuickStop, StartError, Status, StopCause, StopTail,
-};
+pub use piece::{Made, PathLimits, Piece, Tip};
+pub use report::{Moving, Output, PushError, QuickStop, StartError, Status, StopCause, StopTail};
 
 use crate::angle::Angle;
-use crate::knot::{AxisEnvelope, EnvelopeError, Knot, Setpoint};
-use crate::ramp::Ramp;
-use fixed::{FixedSegment, Unfixable};
+use crate::knot::Setpoint;
 use queue::Queue;
-use rate::{PathClock, RateLimits};
-use segment::{End, Excess, Segment, reach_from};
-use tail::{Tail, TailLimits};
+use rate::PathClock;
+use segment::End;
+use stop::AxisStop;
+use tail::Tail;
 
 /// Fixed-step interpolation of N axes with room for Q segments.
 ///
 /// ```
+/// use motion::interpolator::{Braking, PathLimits};
 /// use motion::profile::AxisLimits;
 /// use motion::{Angle, AxisEnvelope, Interpolator, Knot, Status};
 /// let hard = AxisLimits { v: 100.0, a: 1000.0, j: 50_000.0 };
-/// let mut edp = Interpolator::<1, 8>::new([AxisEnvelope::new(-10.0, 10.0, hard)], [Angle::ZERO])?;
+/// let limits = PathLimits::new([AxisEnvelope::new(-10.0, 10.0, hard)])?;
+/// let mut edp = Interpolator::<1, 8>::new(Braking::new(limits.axes()));
+/// edp.hold_anew(&limits.ranges(), [Angle::ZERO]);
 /// edp.start(0)?;
-/// edp.push(
-///     Knot { at_us: 100_000, position: [0.2], velocity: [0.0], acceleration: Some([0.0]) },
-///     0,
-/// )?;
+/// let knot = Knot { at_us: 100_000, position: [0.2], velocity: [0.0], acceleration: Some([0.0]) };
+/// let made = limits.piece(&edp.tip(), &knot)?;
+/// edp.push(&made.piece, 0)?;
 /// let half_way = edp.step(50_000);
 /// assert!((half_way.setpoint.position[0].to_f64() - 0.1).abs() < 1e-11);
 /// assert_eq!(Some(edp.step(100_000).setpoint.position[0]), Angle::nearest(0.2));
@@ -68,42 +75,27 @@ use tail::{Tail, TailLimits};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Interpolator<const N: usize, const Q: usize> {
-    axes: [AxisEnvelope; N],
-    tails: [TailLimits; N],
+    braking: Braking<N>,
+    /// Position limits of the axes.
+    ranges: [Range; N],
     clock: PathClock,
-    hold_s: f64,
     feed_override: f64,
     hold: bool,
     queue: Queue<N, Q>,
     /// State at the last knot, and the way to rest from there.
     end: End<N>,
     tail: Tail<N>,
+    /// How often `end` has become another state.
+    generation: u32,
     /// Position limits of the present path, which may have begun outside.
-    reach: [(Angle, Angle); N],
+    reach: [Range; N],
     mode: Mode<N>,
     now_us: u64,
     setpoint: Setpoint<N>,
 }
 
-/// How fast the feed rate of a path may change: a constant of the envelopes' hard and plan limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FeedPace {
-    limits: RateLimits,
-    /// How long a feed hold takes from rate 1, s.
-    hold_s: f64,
-}
-
-impl FeedPace {
-    /// The pace with the shortest feed hold. Of no use where [`Interpolator::new`] refuses the envelopes.
-    #[must_use]
-    pub fn new<const N: usize>(axes: &[AxisEnvelope; N]) -> Self {
-        let limits = RateLimits::new(axes);
-        Self {
-            limits,
-            hold_s: Ramp::new(1.0, 0.0, 0.0, limits.first, limits.second).duration(),
-        }
-    }
-}
+/// Where an axis may be: from, to.
+pub type Range = (Angle, Angle);
 
 #[derive(Clone, Copy, Debug)]
 enum Mode<const N: usize> {
@@ -119,49 +111,26 @@ enum Mode<const N: usize> {
 #[derive(Clone, Copy, Debug)]
 struct OffPath<const N: usize> {
     since_us: u64,
-    /// How long the last axis takes, s.
-    duration: f64,
+    /// How long the last axis takes, µs.
+    duration_us: u64,
     from: [Angle; N],
-    velocity: [Ramp; N],
+    axes: [AxisStop; N],
 }
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
-    /// Idle, holding a position. A position outside its limits may be held; motion then only leads back.
-    ///
-    /// # Errors
-    /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
-    pub fn new(axes: [AxisEnvelope; N], hold: [Angle; N]) -> Result<Self, EnvelopeError> {
-        Self::with_pace(axes, hold, FeedPace::new(&axes))
-    }
-
-    /// The same with a pace that was found before, of envelopes that differ from these in the limits of position
-    /// at most: finding it costs a hundred times what is left to do here.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn with_pace(
-        axes: [AxisEnvelope; N],
-        hold: [Angle; N],
-        pace: FeedPace,
-    ) -> Result<Self, EnvelopeError> {
-        let mut interpolator = Self::nothing(pace);
-        interpolator.hold_anew(axes, hold)?;
-        Ok(interpolator)
-    }
-
-    /// Idle at 0, where no axis may move: a place in which to [hold](Self::hold_anew) with this pace.
+    /// Idle at 0, where no axis may move: a place in which to [hold](Self::hold_anew).
     #[must_use]
-    pub fn nothing(pace: FeedPace) -> Self {
+    pub fn new(braking: Braking<N>) -> Self {
         Self {
-            axes: [AxisEnvelope::NOWHERE; N],
-            tails: [TailLimits::NOWHERE; N],
-            clock: PathClock::new(pace.limits),
-            hold_s: pace.hold_s,
+            braking,
+            ranges: [(Angle::ZERO, Angle::ZERO); N],
+            clock: PathClock::new(braking.limits),
             feed_override: 1.0,
             hold: false,
             queue: Queue::new(),
             end: End::at_rest(0, [0.0; N]),
             tail: Tail::NONE,
+            generation: 0,
             reach: [(Angle::ZERO, Angle::ZERO); N],
             mode: Mode::Idle,
             now_us: 0,
@@ -169,20 +138,10 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         }
     }
 
-    /// As [`with_pace`](Self::with_pace), in the place of what there was, with its pace.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new); nothing has changed then.
-    pub fn hold_anew(
-        &mut self,
-        axes: [AxisEnvelope; N],
-        hold: [Angle; N],
-    ) -> Result<(), EnvelopeError> {
-        for (axis, envelope) in (0..N).zip(&axes) {
-            envelope.validate(axis)?;
-        }
-        self.axes = axes;
-        self.tails = axes.each_ref().map(TailLimits::new);
+    /// Idle, holding a position, in the place of what there was. A position outside its range may be held; motion
+    /// then only leads back. The ranges are [those](PathLimits::ranges) of the limits by which pieces are made.
+    pub fn hold_anew(&mut self, ranges: &[Range; N], hold: [Angle; N]) {
+        self.ranges = *ranges;
         self.clock.reset();
         self.feed_override = 1.0;
         self.hold = false;
@@ -190,7 +149,6 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         self.now_us = 0;
         self.setpoint = Setpoint::at_rest(hold);
         self.begin(0);
-        Ok(())
     }
 
     /// Begins a path: the held position becomes its first knot, at `at_us`.
@@ -204,7 +162,9 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         if at_us < self.now_us {
             return Err(StartError::Late);
         }
-        self.begin(at_us);
+        // idle, it ends where it stands
+        self.end.at_us = at_us;
+        self.renew();
         self.clock.start(at_us, self.rate_asked());
         self.mode = Mode::Waiting {
             starts_at_us: at_us,
@@ -212,84 +172,60 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         Ok(())
     }
 
-    /// An empty path at rest at the present position.
+    /// An empty path at rest at the present position: another end.
     fn begin(&mut self, at_us: u64) {
-        self.queue.clear();
         self.end = End::at_rest(at_us, self.setpoint.position.map(Angle::to_f64));
-        self.tail = Tail::new(&self.end, &self.tails);
-        let reach = reach_from(&self.axes, &self.end.position);
-        self.reach = reach.map(|(lower, upper)| (Angle::bound(lower), Angle::bound(upper)));
+        self.generation = self.generation.wrapping_add(1);
+        self.renew();
     }
 
-    /// Appends a knot, if the segment to it and the stop behind it keep all limits.
-    ///
-    /// Knot times are path time: see [`path_time_us`](Self::path_time_us).
+    /// Nothing is left of the path before, and its limits are those of where it stands.
+    fn renew(&mut self) {
+        self.queue.clear();
+        self.tail = Tail::NONE;
+        let positions = &self.setpoint.position;
+        for ((reach, range), p) in self.reach.iter_mut().zip(&self.ranges).zip(positions) {
+            *reach = (range.0.min(*p), range.1.max(*p));
+        }
+    }
+
+    /// Appends a piece that was made from where the path ends.
     ///
     /// # Errors
-    /// [`PushError`]; a refused knot changes nothing.
-    pub fn push(&mut self, knot: Knot<N>, now_us: u64) -> Result<Accepted<N>, PushError> {
+    /// [`PushError`]; a refused piece changes nothing.
+    pub fn push(&mut self, piece: &Piece<N>, now_us: u64) -> Result<(), PushError> {
+        if piece.fixed.start_us() != self.end.at_us {
+            self.may_continue()?;
+            return Err(PushError::Stale);
+        }
+        self.push_whenever(piece, now_us)
+    }
+
+    /// The same, whenever the path ends: the piece lasts as long as it was made to last.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn push_whenever(&mut self, piece: &Piece<N>, now_us: u64) -> Result<(), PushError> {
         self.may_continue()?;
+        if piece.generation != self.generation {
+            return Err(PushError::Stale);
+        }
         if self.queue.is_full() {
             return Err(PushError::Full);
         }
-        if let Some(axis) = not_finite(&knot) {
-            return Err(PushError::NotFinite { axis });
-        }
-        if knot.at_us <= self.end.at_us {
-            return Err(PushError::NotMonotone {
-                previous_us: self.end.at_us,
-            });
-        }
+        let fixed = piece.fixed.begun_at(self.end.at_us);
         let path_us = self.path_time_us(now_us);
-        if knot.at_us <= path_us {
+        if fixed.end_us() <= path_us {
             return Err(PushError::Late { path_us });
         }
-        let mut segment = Segment::new(&self.end, &knot);
-        let reach = reach_from(&self.axes, &self.end.position);
-        if let Some(excess) = segment.excess(&self.axes, &reach) {
-            let Excess {
-                axis,
-                quantity,
-                value,
-                limit,
-            } = excess;
-            return Err(PushError::Limit {
-                axis,
-                quantity,
-                value,
-                limit,
-            });
-        }
-        let acceleration_step = segment.acceleration_step(&self.end);
-        if knot.acceleration.is_none() {
-            self.bounded(&acceleration_step)?;
-            if knot.velocity.iter().all(|v| v.abs() <= 0.0) {
-                // at rest: the acceleration left by the cubic ends in a step
-                self.bounded(&segment.end.acceleration)?;
-                segment.end.acceleration = [0.0; N];
-            }
-        }
-        let tail = Tail::new(&segment.end, &self.tails);
-        for (axis, ((low, high), (lower, upper))) in
-            tail.reach(&segment.end).zip(&reach).enumerate()
-        {
-            let (value, limit) = if low < *lower {
-                (low, *lower)
-            } else {
-                (high, *upper)
-            };
-            if low < *lower || high > *upper {
-                return Err(PushError::NoRoomToStop { axis, value, limit });
-            }
-        }
-        let fixed = FixedSegment::new(&segment).map_err(|unfixable| match unfixable {
-            Unfixable::Long => PushError::Long,
-            Unfixable::Far { axis, value, limit } => PushError::Far { axis, value, limit },
-        })?;
-        self.end = segment.end;
-        self.tail = tail;
+        self.end = End {
+            at_us: fixed.end_us(),
+            ..piece.end
+        };
+        self.tail = piece.tail;
+        self.generation = self.generation.wrapping_add(1);
         self.queue.push(fixed);
-        Ok(Accepted { acceleration_step })
+        Ok(())
     }
 
     fn may_continue(&self) -> Result<(), PushError> {
@@ -302,21 +238,4 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         };
         Err(PushError::Stopped { cause })
     }
-
-    fn bounded(&self, steps: &[f64; N]) -> Result<(), PushError> {
-        for (axis, (step, envelope)) in (0..N).zip(steps.iter().zip(&self.axes)) {
-            let (value, limit) = (step.abs(), envelope.acceleration_step);
-            if value > limit {
-                return Err(PushError::AccelerationStep { axis, value, limit });
-            }
-        }
-        Ok(())
-    }
-}
-
-fn not_finite<const N: usize>(knot: &Knot<N>) -> Option<usize> {
-    let finite = |values: &[f64; N]| values.iter().position(|x| !x.is_finite());
-    finite(&knot.position)
-        .or_else(|| finite(&knot.velocity))
-        .or_else(|| knot.acceleration.as_ref().and_then(finite))
 }

@@ -82,22 +82,6 @@ const MOST_PLAN: f64 = 0.95;
 const MOST_VELOCITY: f64 = 1.0 - 1e-6;
 
 impl AxisEnvelope {
-    /// Nothing may move; refused where an envelope is asked for.
-    pub(crate) const NOWHERE: Self = {
-        let none = AxisLimits {
-            v: 0.0,
-            a: 0.0,
-            j: 0.0,
-        };
-        Self {
-            lower: 0.0,
-            upper: 0.0,
-            hard: none,
-            plan: none,
-            acceleration_step: 0.0,
-        }
-    };
-
     /// An envelope whose plan limits leave a proven stop: half of acceleration and jerk, and all of
     /// the velocity (at most nine tenths) that a stop tail beginning at full acceleration cannot need.
     #[must_use]
@@ -212,7 +196,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Why an interpolator cannot be made.
+/// Why there can be no path within these limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EnvelopeError {
     /// A limit is infinite, not a number, or not positive, or the positions are out of order.

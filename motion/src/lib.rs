@@ -17,6 +17,7 @@
 //! A motion is planned, sampled into knots, and interpolated:
 //!
 //! ```
+//! use motion::interpolator::{Braking, PathLimits};
 //! use motion::profile::PhaseSynchronised;
 //! use motion::{Angle, AxisEnvelope, AxisLimits, Interpolator, Knot, Status};
 //! let hard = AxisLimits { v: 2.0, a: 20.0, j: 1000.0 };
@@ -24,7 +25,9 @@
 //! let limits = axes.map(|axis| axis.for_planning(20_000));
 //! let plan = PhaseSynchronised::new([0.0, 0.0], [1.0, -0.5], &limits)?;
 //!
-//! let mut edp = Interpolator::<2, 4>::new(axes, [Angle::ZERO; 2])?;
+//! let path = PathLimits::new(axes)?;
+//! let mut edp = Interpolator::<2, 4>::new(Braking::new(&axes));
+//! edp.hold_anew(&path.ranges(), [Angle::ZERO; 2]);
 //! edp.start(0)?;
 //! let mut next_us = 0;
 //! for now_us in (0..).step_by(2_000) {
@@ -37,7 +40,8 @@
 //!             velocity: state.map(|axis| axis.v),
 //!             acceleration: Some(state.map(|axis| axis.a)),
 //!         };
-//!         edp.push(knot, now_us)?;
+//!         let made = path.piece(&edp.tip(), &knot)?;
+//!         edp.push(&made.piece, now_us)?;
 //!     }
 //!     let output = edp.step(now_us);
 //!     if output.status == Status::Idle {

@@ -1,6 +1,6 @@
 //! The fastest change of a quantity to a new value, with limited first and second derivative.
 //!
-//! The feed rate changes so along a path, and the velocity of an axis in a quick stop.
+//! The feed rate changes so along a path, and the velocity of an axis while it looks for its zero.
 
 use crate::scalar::{SIXTH, larger, sign, smaller};
 
@@ -88,8 +88,6 @@ impl Ramp {
 
     /// The state t seconds after the beginning; constant from the end on.
     #[must_use]
-    // one function: clock and quick stop call it
-    #[inline(never)]
     pub fn at(&self, t: f64) -> RampState {
         if t < self.t1 {
             return self.first(larger(t, 0.0));
@@ -128,28 +126,6 @@ impl Ramp {
             x: from.x + t * from.dx,
             dx: from.dx,
         }
-    }
-
-    /// The smallest and the largest integral on the way, when the target is zero.
-    ///
-    /// The integral turns where x changes sign: at most once, before x has its extreme (dx = 0).
-    pub(crate) fn reach_to_zero(&self) -> (f64, f64) {
-        let mut turning = 0.0;
-        let extreme = smaller(-self.dx0 / self.s, self.t1);
-        if extreme > 0.0 && self.x0 * self.first(extreme).x < 0.0 {
-            let (mut before, mut after) = (0.0, extreme);
-            for _ in 0..40 {
-                let middle = 0.5 * (before + after);
-                if self.first(middle).x * self.x0 > 0.0 {
-                    before = middle;
-                } else {
-                    after = middle;
-                }
-            }
-            turning = self.first(after).integral;
-        }
-        let lowest = smaller(smaller(0.0, turning), self.total);
-        (lowest, larger(larger(0.0, turning), self.total))
     }
 }
 
@@ -196,16 +172,6 @@ mod test {
                 }
                 let s = ramp.at(ramp.duration() * share);
                 (x, dx) = (s.x, s.dx);
-            }
-        }
-
-        #[test]
-        fn the_reach_holds_every_sample(x0 in -2.0..2.0f64, share in -1.0..1.0f64, rate in 0.1..10.0f64, bend in 0.1..100.0f64) {
-            let ramp = Ramp::new(x0, share * rate, 0.0, rate, bend);
-            let (low, high) = ramp.reach_to_zero();
-            for i in 0..=300u32 {
-                let s = ramp.at(ramp.duration() * f64::from(i) / 300.0).integral;
-                prop_assert!(s >= low - 1e-9 && s <= high + 1e-9, "{s} {low} {high}");
             }
         }
     }

@@ -56,6 +56,9 @@ const RATE_MAX: f64 = 1000e-6;
 /// Without a pair for so long, the line is only extrapolated.
 const HOLDOVER: Micros = Micros::from_millis(500);
 
+/// Pairs are at most so old: 67 s.
+const MEMORY: u64 = 1 << 26;
+
 /// No bus time is later, µs: 73 000 years.
 const LATEST: u64 = 1 << 61;
 
@@ -106,9 +109,9 @@ struct Pair {
     bus: u64,
 }
 
-/// A line: bus = `bus` + `fraction` + `rate` · (local − `local`).
-#[derive(Clone, Copy, Debug)]
-struct Line {
+/// Bus time as a line over local time: bus = `bus` + `fraction` + `rate` · (local − `local`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
     local: u64,
     bus: u64,
     /// µs, 0 to 1 where the line is a segment of bus time.
@@ -117,7 +120,8 @@ struct Line {
 }
 
 impl Line {
-    const IDENTITY: Self = Self {
+    /// Bus time is local time.
+    pub const IDENTITY: Self = Self {
         local: 0,
         bus: 0,
         fraction: 0.0,
@@ -132,6 +136,19 @@ impl Line {
         let whole = floor(correction);
         let base = self.bus.wrapping_add(local.wrapping_sub(self.local));
         (base.saturating_add_signed(whole), correction - float(whole))
+    }
+
+    /// The first local time whose bus time is not before `bus`.
+    #[must_use]
+    pub fn to_local(&self, bus: Micros) -> Micros {
+        let span = (difference(bus.0, self.bus) - self.fraction) / self.rate;
+        let guess = self.local.saturating_add_signed(floor(span));
+        let reached = self.at(guess).0 >= bus.0;
+        Micros(if reached {
+            guess
+        } else {
+            guess.saturating_add(1)
+        })
     }
 
     /// `bus` minus the line at `local`, µs.
@@ -163,6 +180,12 @@ const fn floor(value: f64) -> i64 {
     } else {
         towards_zero
     }
+}
+
+/// Within ±[`MEMORY`].
+fn within(us: i64) -> i64 {
+    let bound = MEMORY.cast_signed();
+    us.clamp(-bound, bound)
 }
 
 fn clamp(value: f64, bound: f64) -> f64 {
@@ -233,15 +256,13 @@ impl Clock {
     /// The first local time whose bus time is not before `bus`, as far as is known now.
     #[must_use]
     pub fn to_local(&self, bus: Micros) -> Micros {
-        let segment = &self.segment;
-        let span = (difference(bus.0, segment.bus) - segment.fraction) / segment.rate;
-        let guess = segment.local.saturating_add_signed(floor(span));
-        let reached = segment.at(guess).0 >= bus.0;
-        Micros(if reached {
-            guess
-        } else {
-            guess.saturating_add(1)
-        })
+        self.segment.to_local(bus)
+    }
+
+    /// Bus time over local time, as far as is known now.
+    #[must_use]
+    pub const fn line(&self) -> Line {
+        self.segment
     }
 
     /// How far [`Self::to_bus`] can be trusted at a local time.
@@ -282,6 +303,14 @@ impl Clock {
         if self.pairs.is_full() {
             self.pairs.pop_front();
         }
+        // in time, so the old ones come first
+        for _ in 0..WINDOW {
+            let oldest = self.pairs.front();
+            if oldest.is_none_or(|old| pair.local.wrapping_sub(old.local) < MEMORY) {
+                break;
+            }
+            self.pairs.pop_front();
+        }
         // Never full here.
         let _ = self.pairs.push_back(pair);
         self.refit(pair);
@@ -309,37 +338,39 @@ impl Clock {
     }
 
     /// Least squares of y = (bus − local) over x = local, both relative to the newest pair.
+    ///
+    /// Sums are of integers, so exact: pairs are [`MEMORY`] apart at most, 2²⁶ µs, and there are 2⁵ of them.
     fn refit(&mut self, newest: Pair) {
-        let n = float(i64::try_from(self.pairs.len()).unwrap_or(1));
-        let relative = |pair: &Pair| {
-            let x = difference(pair.local, newest.local);
-            (x, difference(pair.bus, newest.bus) - x)
-        };
-        let (sum_x, sum_y) = self
-            .pairs
-            .iter()
-            .map(relative)
-            .fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x, sy + y));
-        let (mean_x, mean_y) = (sum_x / n, sum_y / n);
-        let (xx, xy) = self
-            .pairs
-            .iter()
-            .map(relative)
-            .fold((0.0, 0.0), |(xx, xy), (x, y)| {
-                (
-                    xx + (x - mean_x) * (x - mean_x),
-                    xy + (x - mean_x) * (y - mean_y),
-                )
-            });
+        let (mut n, mut sum_x, mut sum_y) = (0_i64, 0_i64, 0_i64);
+        let (mut sum_xx, mut sum_xy, mut sum_yy) = (0_i64, 0_i64, 0_i64);
+        for pair in &self.pairs {
+            let x = within(pair.local.wrapping_sub(newest.local).cast_signed());
+            let bus = within(pair.bus.wrapping_sub(newest.bus).cast_signed());
+            let y = within(bus.wrapping_sub(x));
+            n = n.wrapping_add(1);
+            sum_x = sum_x.wrapping_add(x);
+            sum_y = sum_y.wrapping_add(y);
+            sum_xx = sum_xx.wrapping_add(x.wrapping_mul(x));
+            sum_xy = sum_xy.wrapping_add(x.wrapping_mul(y));
+            sum_yy = sum_yy.wrapping_add(y.wrapping_mul(y));
+        }
+        // n times the sums of products of distances from the means
+        let about =
+            |sum: i64, a: i64, b: i64| float(n.wrapping_mul(sum).wrapping_sub(a.wrapping_mul(b)));
+        let xx = about(sum_xx, sum_x, sum_x);
+        let xy = about(sum_xy, sum_x, sum_y);
+        let yy = about(sum_yy, sum_y, sum_y);
         // Two or three pairs say more about jitter than about drift.
         let known = self.pairs.len() >= ENOUGH && xx > 0.0;
         let slope = if known { clamp(xy / xx, RATE_MAX) } else { 0.0 };
-        let offset = mean_y - slope * mean_x;
-        let squares = self.pairs.iter().map(relative).fold(0.0, |sum, (x, y)| {
-            let error = y - offset - slope * x;
-            sum + error * error
-        });
-        self.mean_square = squares / n;
+        let count = float(n);
+        let offset = (float(sum_y) - slope * float(sum_x)) / count;
+        let squares = yy + slope * (slope * xx - 2.0 * xy);
+        self.mean_square = if squares > 0.0 {
+            squares / (count * count)
+        } else {
+            0.0
+        };
         let whole = floor(offset);
         self.fit = Line {
             local: newest.local,

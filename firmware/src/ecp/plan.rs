@@ -1,15 +1,23 @@
-//! What the ECP's work comes to: knots of the motor shafts, and how the instruction goes on.
+//! What the ECP's work comes to: pieces for the set-point queue, and how the instruction goes on.
+//!
+//! The pieces are made and checked here, in f64, against the queue as it was at the [order](Ahead): the servo step that
+//! takes them compares but where they begin.
 
-use super::{Demand, refusal};
+use super::{Demand, Limits, refusal};
 use crate::capacity::KNOTS_PER_PLAN;
-use protocol::clock::Clock;
+use crate::edp::envelopes::envelopes;
+use crate::edp::servo::narrow;
+use motion::Knot;
+use motion::interpolator::{Made, PathLimits, Piece, Tip};
+use protocol::clock::Line;
 use protocol::fault::Refusal;
+use protocol::message::NodeState;
 use protocol::time::Micros;
 use robots::{JointMotion, MotorMotion, Robot};
 
 /// When a knot is to be reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum When {
+enum When {
     /// At this instant of bus time.
     At(Micros),
     /// Half a macrostep after the knot before it.
@@ -20,31 +28,93 @@ pub enum When {
     Whole,
 }
 
-impl When {
-    /// In local time; `before` is the knot before it.
-    pub(crate) fn after(self, before: Micros, macrostep: Micros, clock: &Clock) -> Micros {
-        let half = Micros(macrostep.0 / 2);
-        match self {
-            Self::At(at) => clock.to_local(at),
-            Self::Half => before + half,
-            Self::Rest => before + Micros(macrostep.0.saturating_sub(half.0)),
-            Self::Whole => before + macrostep,
+/// A motion state of the motor shafts, to be attained.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MotorKnot<const N: usize> {
+    when: When,
+    motion: MotorMotion<N>,
+    /// Does it say an acceleration? If not, the piece to it is cubic.
+    has_acceleration: bool,
+}
+
+/// What a plan is made ahead of: the set-point queue, as it was when the plan was ordered.
+///
+/// Nothing but a plan, a stop or a return to rest changes where the queue ends; a plan that comes after one of these is
+/// refused, for its pieces do not fit then ([`Tip`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ahead<const N: usize> {
+    /// Where the queue ends.
+    pub tip: Tip<N>,
+    /// There will be no path when the plan is taken: it begins one.
+    pub begins: bool,
+    /// The axes are homed: their ranges count.
+    pub homed: bool,
+    /// When the plan will be taken, local time.
+    pub taken_at: Micros,
+    /// A macrostep.
+    pub macrostep: Micros,
+    /// From bus time to local time.
+    pub line: Line,
+}
+
+impl<const N: usize> Ahead<N> {
+    /// Of no queue.
+    pub(super) const fn nothing() -> Self {
+        Self {
+            tip: Tip::nowhere(),
+            begins: true,
+            homed: false,
+            taken_at: Micros(0),
+            macrostep: Micros(0),
+            line: Line::IDENTITY,
+        }
+    }
+
+    /// Where the first knot's piece begins.
+    fn begin(&self, when: When) -> Tip<N> {
+        if !self.begins {
+            return self.tip;
+        }
+        let (now, macrostep) = (self.taken_at, self.macrostep);
+        // one macrostep of lead, so that the queue never runs dry between two of them
+        let start = match when {
+            When::At(at) => {
+                let at = self.line.to_local(at);
+                if at.since(now) > macrostep {
+                    Micros(at.0.saturating_sub(macrostep.0))
+                } else {
+                    now
+                }
+            }
+            When::Half | When::Rest | When::Whole => now + macrostep,
+        };
+        self.tip.starting_at(start.0)
+    }
+
+    /// When a knot is to be reached, local time; `before` is the knot before it.
+    fn local(&self, when: When, before: Micros) -> Micros {
+        let half = Micros(self.macrostep.0 / 2);
+        match when {
+            When::At(at) => self.line.to_local(at),
+            When::Half => before + half,
+            When::Rest => before + Micros(self.macrostep.0.saturating_sub(half.0)),
+            When::Whole => before + self.macrostep,
         }
     }
 }
 
-/// A motion state of the motor shafts, to be attained.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorKnot<const N: usize> {
-    /// When.
-    pub when: When,
-    /// What.
-    pub motion: MotorMotion<N>,
-    /// Does it say an acceleration? If not, the segment to it is cubic.
-    pub has_acceleration: bool,
+/// A piece for the set-point queue.
+#[derive(Clone, Copy, Debug)]
+pub struct PlannedPiece<const N: usize> {
+    /// The piece.
+    pub piece: Piece<N>,
+    /// It leads to a knot at an instant of its own: where it was made to begin, it must.
+    pub timed: bool,
+    /// Greatest step of acceleration where it begins, of a cubic, rad/s².
+    pub acceleration_step: f32,
 }
 
-/// How the instruction goes on after the knots of a plan.
+/// How the instruction goes on after the pieces of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// It goes on.
@@ -60,7 +130,7 @@ pub enum Verdict {
 /// The plan of a macrostep.
 #[derive(Clone, Debug)]
 pub struct Plan<const N: usize> {
-    knots: heapless::Vec<MotorKnot<N>, KNOTS_PER_PLAN>,
+    pieces: heapless::Vec<PlannedPiece<N>, KNOTS_PER_PLAN>,
     pub(super) verdict: Verdict,
 }
 
@@ -73,20 +143,20 @@ impl<const N: usize> Plan<N> {
     #[inline(always)]
     pub(super) const fn new() -> Self {
         Self {
-            knots: heapless::Vec::new(),
+            pieces: heapless::Vec::new(),
             verdict: Verdict::Goes,
         }
     }
 
     pub(super) fn clear(&mut self) {
-        self.knots.clear();
+        self.pieces.clear();
         self.verdict = Verdict::Goes;
     }
 
-    /// The knots, in time.
+    /// The pieces, in time.
     #[must_use]
-    pub fn knots(&self) -> &[MotorKnot<N>] {
-        &self.knots
+    pub fn pieces(&self) -> &[PlannedPiece<N>] {
+        &self.pieces
     }
 
     /// How the instruction goes on after them.
@@ -95,51 +165,95 @@ impl<const N: usize> Plan<N> {
         self.verdict
     }
 
-    /// A demand becomes one knot, or two, or none.
+    /// A demand becomes one piece, or two, or none.
     ///
     /// # Errors
-    /// Why it cannot be; nothing of it is in the plan then.
+    /// Why it cannot be.
     pub(super) fn add<R: Robot<N>>(
         &mut self,
         robot: &R,
+        limits: &Limits<N>,
+        ahead: &Ahead<N>,
         demand: &Demand<N>,
     ) -> Result<(), Refusal> {
+        let mut push = |when, motion: &MotorMotion<N>, has_acceleration| {
+            let knot = MotorKnot {
+                when,
+                motion: *motion,
+                has_acceleration,
+            };
+            self.push(robot, limits, ahead, &knot)
+        };
         match demand {
             Demand::Stay => Ok(()),
             Demand::Refuse(refusal) => Err(*refusal),
-            Demand::Motors(motion) => self.push(When::Whole, *motion, true),
+            Demand::Motors(motion) => push(When::Whole, motion, true),
             Demand::At {
                 at,
                 motion,
                 has_acceleration,
-            } => self.push(When::At(*at), *motion, *has_acceleration),
-            Demand::Joints(motion) => self.push(When::Whole, motors(robot, motion)?, true),
+            } => push(When::At(*at), motion, *has_acceleration),
+            Demand::Joints(motion) => push(When::Whole, &motors(robot, motion)?, true),
             Demand::JointsTwice([middle, end]) => {
                 let (middle, end) = (motors(robot, middle)?, motors(robot, end)?);
-                self.push(When::Half, middle, true)?;
-                self.push(When::Rest, end, true)
+                push(When::Half, &middle, true)?;
+                push(When::Rest, &end, true)
             }
             Demand::JointsAt {
                 at,
                 motion,
                 has_acceleration,
-            } => self.push(When::At(*at), motors(robot, motion)?, *has_acceleration),
+            } => push(When::At(*at), &motors(robot, motion)?, *has_acceleration),
         }
     }
 
-    fn push(
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
+    fn push<R: Robot<N>>(
         &mut self,
-        when: When,
-        motion: MotorMotion<N>,
-        has_acceleration: bool,
+        robot: &R,
+        limits: &Limits<N>,
+        ahead: &Ahead<N>,
+        knot: &MotorKnot<N>,
     ) -> Result<(), Refusal> {
-        let knot = MotorKnot {
+        let MotorKnot {
             when,
             motion,
             has_acceleration,
+        } = knot;
+        let from = match self.pieces.last() {
+            Some(last) => last.piece.tip(),
+            None => ahead.begin(*when),
+        };
+        let knot = Knot {
+            at_us: ahead.local(*when, Micros(from.at_us())).0,
+            position: motion.position.0,
+            velocity: motion.velocity,
+            acceleration: has_acceleration.then_some(motion.acceleration),
+        };
+        let factor = limits.motor_share.factor.value();
+        // good for homed axes, so for others: the setup was refused else
+        let path = PathLimits::new(envelopes(robot.description(), factor, ahead.homed))
+            .map_err(|_| Refusal::Unreachable)?;
+        let Made {
+            piece,
+            acceleration_step,
+        } = path
+            .piece(&from, &knot)
+            .map_err(|e| refusal::from_push(&e, NodeState::Moving))?;
+        let mut step = 0.0;
+        if !has_acceleration {
+            for axis in acceleration_step {
+                step = if axis > step { axis } else { step };
+            }
+        }
+        let planned = PlannedPiece {
+            piece,
+            timed: matches!(when, When::At(_)),
+            acceleration_step: narrow(step),
         };
         // a step has two at most, and only tight coordination, which has one, makes several steps
-        self.knots.push(knot).map_err(|_| Refusal::QueueFull)
+        self.pieces.push(planned).map_err(|_| Refusal::QueueFull)
     }
 }
 

@@ -19,6 +19,9 @@
 //! is 90 rad/s at servo steps of 2 ms and 180 rad/s at 1 ms: the loop's delay of one and a half steps then
 //! costs 15° of phase on any robot. With direct drives ω = 0.08/Ts = 40 rad/s: there encoders are the limit.
 //!
+//! What another law gave beyond the model when this one takes over (payload, dry friction) is given on as a constant torque:
+//! so currents do not jump, and where it is wrong later the integral corrects it.
+//!
 //! Until all axes are homed no posture is known: then feed-forward closes the loops.
 //!
 //! In csp the drives close the loops; those without a gear are given the model's torque as an offset, brought in
@@ -81,6 +84,8 @@ pub struct ComputedTorque<const N: usize> {
     ts: f32,
     /// ∫e dt, rad·s.
     integral: [f32; N],
+    /// What another law gave beyond the model when this one took over, N·m: given on, as a constant.
+    held: [f32; N],
     last_actual: Option<[i64; N]>,
     /// It gave the torque of the last step.
     running: bool,
@@ -137,6 +142,7 @@ impl<const N: usize> ComputedTorque<N> {
             gains: [w * w, 2.0 * w, w * w * w / INTEGRAL_RATIO].map(narrow),
             ts: narrow(ts),
             integral: [0.0; N],
+            held: [0.0; N],
             last_actual: None,
             running: false,
         })
@@ -145,6 +151,7 @@ impl<const N: usize> ComputedTorque<N> {
     /// Torque comes on: the model alone is to hold the arm.
     pub const fn begin(&mut self) {
         self.integral = [0.0; N];
+        self.held = [0.0; N];
         self.last_actual = None;
         self.running = true;
     }
@@ -167,13 +174,9 @@ impl<const N: usize> ComputedTorque<N> {
     ) -> Result<[f32; N], KinematicError> {
         let [kp, kv, ki] = self.gains;
         let actual = measured.each_ref().map(|axis| axis.units);
-        if !self.running {
-            let held = self.held(robot, demand, measured)?;
-            for ((integral, held), axis) in self.integral.iter_mut().zip(held).zip(measured) {
-                *integral = (held - kp * axis.error) / ki;
-            }
-            self.last_actual = None;
-            self.running = true;
+        let takes_over = !self.running;
+        if takes_over {
+            self.begin();
         }
         let last = self.last_actual.replace(actual).unwrap_or(actual);
         let mut wanted = demand.acceleration;
@@ -189,11 +192,23 @@ impl<const N: usize> ComputedTorque<N> {
             *wanted += kv * rate + kp * axis.error + ki * integral;
         }
         let mut currents = self.torques(robot, demand, &wanted)?;
+        if takes_over {
+            let axes = self.held.iter_mut().zip(&self.motors).zip(measured);
+            for ((held, (motor, axis)), torque) in axes
+                .map(|((held, motor), axis)| (held, (motor, axis)))
+                .zip(&currents)
+            {
+                *held = motor.torque_per_ma * axis.current_ma - torque;
+            }
+        }
         let states = self.integral.iter_mut().zip(measured);
-        for ((current, motor), (integral, measured)) in
-            currents.iter_mut().zip(&self.motors).zip(states)
+        for (((current, held), motor), (integral, measured)) in currents
+            .iter_mut()
+            .zip(self.held)
+            .zip(&self.motors)
+            .zip(states)
         {
-            let torque = *current;
+            let torque = *current + held;
             let bounded = if torque > motor.limit {
                 motor.limit
             } else if torque < -motor.limit {
@@ -241,33 +256,6 @@ impl<const N: usize> ComputedTorque<N> {
             *torque += motor.friction(velocity);
         }
         Ok(torques)
-    }
-
-    /// The accelerations that the currents measured would give the motors: what holds the arm now, in f64.
-    // a frame of its own: what else its caller does must not lie below it on the stack
-    #[inline(never)]
-    fn held<R: Robot<N>>(
-        &self,
-        robot: &R,
-        demand: &Setpoint<N>,
-        measured: &[Measured; N],
-    ) -> Result<[f32; N], KinematicError> {
-        let demand = exact(demand);
-        let joints = robot.joints(&demand.position)?;
-        let transmission = robot.transmission(&joints)?;
-        let chain = robot.chain().ok_or(KinematicError::Unreachable)?;
-        let mut torques = [0.0; N];
-        for ((torque, motor), axis) in torques.iter_mut().zip(&self.motors).zip(measured) {
-            *torque = f64::from(motor.torque_per_ma * axis.current_ma);
-        }
-        let held = chain.at(&joints).motor_forward_dynamics(
-            &transmission,
-            &demand.velocity,
-            &torques,
-            &STANDARD_GRAVITY,
-            &Wrench::NONE,
-        );
-        Ok(held.map(narrow))
     }
 }
 
@@ -347,7 +335,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
     /// Torque offsets of the drives that have them mapped, ‰ of rated: in csp what the demand takes.
     pub(super) fn torque_offsets(&mut self, demand: &Setpoint<N>) -> [Option<i16>; N] {
         let in_csp = |axis: &Axis| axis.law() == ServoLaw::DrivePosition;
-        let mapped = self.setup.scripts.iter().any(|script| script.torque_offset);
+        let mapped = self.setup.torque_offset.iter().any(|mapped| *mapped);
         // drives confirm a change of mode one after the other
         if !mapped {
             return [None; N];
@@ -366,12 +354,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         };
         let torques = model.unwrap_or([0.0; N]);
         core::array::from_fn(|k| {
-            let (axis, script) = (self.axes.get(k)?, self.setup.scripts.get(k)?);
+            let (axis, mapped) = (self.axes.get(k)?, *self.setup.torque_offset.get(k)?);
             let rated_mnm = whole(self.drives.links().get(k)?.rated_torque_mnm());
             let torque = if in_csp(axis) { *torques.get(k)? } else { 0.0 };
-            script
-                .torque_offset
-                .then(|| per_mille(1e6 * self.offset_share * torque / rated_mnm))
+            mapped.then(|| per_mille(1e6 * self.offset_share * torque / rated_mnm))
         })
     }
 }

@@ -1,8 +1,8 @@
 //! The interpolator in its place: it is too large to be made anew by value whenever the axes begin to hold.
 
 use crate::capacity::KNOT_QUEUE;
-use motion::interpolator::FeedPace;
-use motion::{Angle, AxisEnvelope, Interpolator};
+use motion::interpolator::{Braking, Range};
+use motion::{Angle, Interpolator};
 
 /// An interpolator that is in force, or not.
 #[derive(Debug)]
@@ -13,16 +13,17 @@ pub(super) struct Holder<const N: usize> {
 
 impl<const N: usize> Holder<N> {
     /// Not in force.
-    pub(super) fn new(pace: FeedPace) -> Self {
+    pub(super) fn new(braking: Braking<N>) -> Self {
         Self {
-            interpolator: Interpolator::nothing(pace),
+            interpolator: Interpolator::new(braking),
             in_force: false,
         }
     }
 
-    /// In force from now on, holding these positions; not if the envelopes cannot be used.
-    pub(super) fn hold(&mut self, envelopes: [AxisEnvelope; N], positions: [Angle; N]) {
-        self.in_force = self.interpolator.hold_anew(envelopes, positions).is_ok();
+    /// In force from now on, holding these positions.
+    pub(super) fn hold(&mut self, ranges: &[Range; N], positions: [Angle; N]) {
+        self.interpolator.hold_anew(ranges, positions);
+        self.in_force = true;
     }
 
     /// Not in force any more.

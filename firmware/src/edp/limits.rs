@@ -4,6 +4,7 @@
 //! differences of what is really sent, so a mistake anywhere above cannot pass it.
 
 use motion::Angle;
+use motion::interpolator::Range;
 use protocol::fault::{Cause, Quantity};
 
 /// Bounds of one axis; motor shaft.
@@ -120,6 +121,13 @@ impl<const N: usize> Gate<N> {
                 first: 0,
                 second: 0,
             };
+        }
+    }
+
+    /// Within these ranges of position from now on.
+    pub fn set_ranges(&mut self, ranges: &[Range; N]) {
+        for (limits, (lower, upper)) in self.limits.iter_mut().zip(ranges) {
+            (limits.lower, limits.upper) = (*lower, *upper);
         }
     }
 

@@ -1,81 +1,75 @@
-//! From the ECP's plan to knots of the set-point queue, and to rest.
+//! From the ECP's plan to the set-point queue, and to rest.
 
 use super::Edp;
-use crate::ecp::MotorKnot;
-use crate::ecp::plan::When;
-use motion::interpolator::PushError;
-use motion::{Angle, Knot};
-use protocol::clock::Clock;
-use protocol::fault::{Quantity, Refusal};
-use protocol::message::NodeState;
+use crate::ecp::plan::{Ahead, PlannedPiece};
+use crate::ecp::refusal;
+use motion::Angle;
+use motion::interpolator::{StartError, Tip};
+use protocol::clock::Line;
+use protocol::fault::Refusal;
 use protocol::time::Micros;
 use robots::{Motors, Robot};
 
 impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
-    /// A knot of the ECP's plan comes into the set-point queue; `clock` tells local time from the bus'.
+    /// What there is to know of the set-point queue for a plan that is ordered now and taken so many servo steps later;
+    /// `line` tells local time from the bus'.
+    pub fn ahead(&self, now: Micros, steps: u32, line: Line) -> Ahead<N> {
+        let period = self.setup.period;
+        let taken_at = now + Micros(period.0.saturating_mul(u64::from(steps)));
+        // a path that has come to its end in the step before is none any more
+        let before = Micros(taken_at.0.saturating_sub(period.0));
+        let (tip, begins) = match self.interpolator.get() {
+            Some(path) => (path.tip(), path.is_idle_by(before.0)),
+            None => (Tip::nowhere(), true),
+        };
+        Ahead {
+            tip,
+            begins,
+            homed: self.ranges_homed,
+            taken_at,
+            macrostep: self.setup.macrostep,
+            line,
+        }
+    }
+
+    /// A piece of the ECP's plan comes into the set-point queue.
     ///
     /// # Errors
     /// Why it was refused; it is not in the queue then.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    pub fn queue(
-        &mut self,
-        now: Micros,
-        knot: &MotorKnot<N>,
-        clock: &Clock,
-    ) -> Result<(), Refusal> {
-        let macrostep = self.setup.macrostep;
+    pub fn queue(&mut self, now: Micros, planned: &PlannedPiece<N>) -> Result<(), Refusal> {
+        let state = self.mode.into();
+        let PlannedPiece {
+            piece,
+            timed,
+            acceleration_step,
+        } = planned;
         let Some(interpolator) = self.interpolator.get_mut() else {
-            return Err(Refusal::WrongState {
-                state: self.mode.into(),
-            });
+            return Err(Refusal::WrongState { state });
         };
-        let before = if interpolator.is_idle() {
+        if interpolator.is_idle() {
             // one macrostep of lead, so that the queue never runs dry between two of them
-            let start = match knot.when {
-                When::At(at) => {
-                    let at = clock.to_local(at);
-                    if at.since(now) > macrostep {
-                        Micros(at.0.saturating_sub(macrostep.0))
-                    } else {
-                        now
-                    }
-                }
-                When::Half | When::Rest | When::Whole => now + macrostep,
+            let start = if *timed {
+                piece.begins_us()
+            } else {
+                now.0.saturating_add(self.setup.macrostep.0)
             };
-            interpolator
-                .start(start.0)
-                .map_err(|_| Refusal::WrongState {
-                    state: self.mode.into(),
-                })?;
-            start
-        } else {
-            self.last_knot_at
-        };
-        let at = knot.when.after(before, macrostep, clock);
-        let MotorKnot {
-            motion,
-            has_acceleration,
-            ..
-        } = knot;
-        let next = Knot {
-            at_us: at.0,
-            position: motion.position.0,
-            velocity: motion.velocity,
-            acceleration: has_acceleration.then_some(motion.acceleration),
-        };
-        let accepted = interpolator
-            .push(next, now.0)
-            .map_err(|e| from_push(&e, self.mode.into()))?;
-        if !has_acceleration {
-            for step in accepted.acceleration_step {
-                if step > self.acceleration_step {
-                    self.acceleration_step = step;
-                }
-            }
+            interpolator.start(start).map_err(|error| match error {
+                StartError::NotIdle => Refusal::WrongState { state },
+                StartError::Late => Refusal::Late,
+            })?;
         }
-        self.last_knot_at = at;
-        self.queue_end = motion.position;
+        let pushed = if *timed {
+            interpolator.push(piece, now.0)
+        } else {
+            interpolator.push_whenever(piece, now.0)
+        };
+        pushed.map_err(|e| refusal::from_push(&e, state))?;
+        if *acceleration_step > self.acceleration_step {
+            self.acceleration_step = *acceleration_step;
+        }
+        self.queue_end = Motors(*piece.end());
         Ok(())
     }
 
@@ -106,54 +100,5 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             self.coming_to_rest = false;
             self.queue_end = Motors(interpolator.setpoint().position.map(Angle::to_f64));
         }
-    }
-}
-
-fn from_push(error: &PushError, state: NodeState) -> Refusal {
-    let axis_of = |axis: usize| u8::try_from(axis).unwrap_or(u8::MAX);
-    match *error {
-        PushError::NotStarted | PushError::Stopped { .. } => Refusal::WrongState { state },
-        PushError::Full => Refusal::QueueFull,
-        PushError::NotMonotone { .. } => Refusal::NotMonotone,
-        PushError::Late { .. } => Refusal::Late,
-        PushError::NotFinite { axis } => Refusal::NotFinite {
-            index: axis_of(axis),
-        },
-        PushError::Limit {
-            axis,
-            quantity,
-            value,
-            limit,
-        } => Refusal::Limit {
-            axis: axis_of(axis),
-            quantity: match quantity {
-                motion::knot::Quantity::Position => Quantity::MotorPosition,
-                motion::knot::Quantity::Velocity => Quantity::Velocity,
-                motion::knot::Quantity::Acceleration => Quantity::Acceleration,
-                motion::knot::Quantity::Jerk => Quantity::Jerk,
-            },
-            value,
-            limit,
-        },
-        PushError::Long => Refusal::OutOfRange {
-            index: 0,
-            value: f32::INFINITY,
-            lower: 0.0,
-            upper: 4294.0,
-        },
-        PushError::NoRoomToStop { axis, value, limit } | PushError::Far { axis, value, limit } => {
-            Refusal::Limit {
-                axis: axis_of(axis),
-                quantity: Quantity::MotorPosition,
-                value,
-                limit,
-            }
-        }
-        PushError::AccelerationStep { axis, value, limit } => Refusal::Limit {
-            axis: axis_of(axis),
-            quantity: Quantity::Acceleration,
-            value,
-            limit,
-        },
     }
 }

@@ -1,19 +1,19 @@
 //! From a robot's description and a node's configuration to everything the EDP computes with.
 
-use crate::capacity::{DRIVE_BUSES, KNOT_QUEUE};
+use crate::capacity::DRIVE_BUSES;
 use crate::config::{ConfigError, DriveAddress, NodeConfig};
 use crate::ecp::Limits;
 use crate::ecp::generator::axis_move::MotorShare;
 use crate::edp::axis::{AxisConstants, whole};
 use crate::edp::drives::AxisSetup;
+use crate::edp::envelopes::{PLAN_VELOCITY, envelopes, ranges};
 use crate::edp::homing::HomingParameters;
-use crate::edp::limits::Bounds;
 use crate::edp::servo::{FeedForwardGains, OriginalGains, narrow};
 use motion::angle::Ratio;
-use motion::interpolator::FeedPace;
+use motion::interpolator::{Braking, PathLimits, Range};
 use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
-use motion::{Angle, AxisEnvelope, Interpolator};
+use motion::{Angle, AxisEnvelope};
 use protocol::canopen::cia402::Mode;
 use protocol::canopen::fast::Slot;
 use protocol::canopen::node::NodeId as DriveId;
@@ -22,26 +22,36 @@ use protocol::time::Micros;
 use protocol::units::UNITS_PER_INCREMENT;
 use robots::{AxisDescription, Robot, VelocityFactor};
 
-/// What a path between knots may use of the hard acceleration and jerk; the rest is room to stop
-/// on the path.
-const PLAN_ACCELERATION: f64 = 0.4;
-const PLAN_JERK: f64 = 0.3;
-/// What a path may use of the hard velocity: a stop tail that begins at full acceleration still
-/// gains 32/27·a²/j = 4.4 rad/s at the IRp-6's limits (a = 360, j = 34800), of 50 rad/s.
-const PLAN_VELOCITY: f64 = 0.91;
 /// What a generator plans with, as a fraction of that: interpolation between knots overshoots by
 /// 0.0221·j·h² = 0.03 rad/s at the planning jerk and macrosteps of 20 ms.
 const GENERATOR_VELOCITY: f64 = 0.99;
-/// Before homing there are no position limits to keep; a bound for the arithmetic, rad.
-const UNBOUNDED_RAD: f64 = 1e5;
 
-/// Everything the EDP computes with.
+/// What the EDP goes on computing with.
 #[derive(Clone, Debug)]
-pub struct EdpSetup<const N: usize> {
+pub struct Constants<const N: usize> {
     /// Servo step, s.
     pub servo_step_s: f64,
+    /// The same.
+    pub period: Micros,
     /// Macrostep.
     pub macrostep: Micros,
+    /// Homing.
+    pub homing: [HomingParameters; N],
+    /// Trip currents, mA.
+    pub overcurrent_ma: [f32; N],
+    /// The drive has a torque offset mapped.
+    pub torque_offset: [bool; N],
+    /// The servo law in force.
+    pub law: ServoLaw,
+    /// Where the motors may be, once homed.
+    pub homed_ranges: [Range; N],
+}
+
+/// Everything an EDP is made of.
+#[derive(Clone, Debug)]
+pub struct EdpSetup<const N: usize> {
+    /// What stays with it.
+    pub constants: Constants<N>,
     /// Where the drives are.
     pub addresses: [DriveAddress; N],
     /// How the drives are configured.
@@ -52,16 +62,10 @@ pub struct EdpSetup<const N: usize> {
     pub master: DriveId,
     /// Constants of the loops.
     pub axes: [AxisConstants; N],
-    /// Homing.
-    pub homing: [HomingParameters; N],
-    /// Trip currents, mA.
-    pub overcurrent_ma: [f32; N],
-    /// The servo law in force.
-    pub law: ServoLaw,
-    /// How fast paths may be held and resumed.
-    pub pace: FeedPace,
-    /// The gate, homed.
-    homed_bounds: [Bounds; N],
+    /// How fast paths may be held and resumed, and axes stopped.
+    pub braking: Braking<N>,
+    /// Share of the motors' hard velocity that may be used.
+    pub velocity_factor: f64,
 }
 
 impl<const N: usize> EdpSetup<N> {
@@ -78,16 +82,30 @@ impl<const N: usize> EdpSetup<N> {
             ServoLaw::DrivePosition => Mode::Csp,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => Mode::Cst,
         };
-        let homed_bounds = description.axes.each_ref().map(|axis| Bounds {
-            lower: axis.motor_position.lower,
-            upper: axis.motor_position.upper,
-            velocity: axis.hard_limits.velocity * factor,
-            acceleration: axis.hard_limits.acceleration,
-            jerk: axis.hard_limits.jerk,
-        });
+        let has_chain = robot.chain().is_some();
+        let offset = |axis: &AxisDescription| has_chain && axis.is_direct();
         let setup = Self {
-            servo_step_s: period.as_secs_f64(),
-            macrostep: Micros(period.0 * u64::from(description.macrostep)),
+            constants: Constants {
+                servo_step_s: period.as_secs_f64(),
+                period,
+                macrostep: Micros(period.0 * u64::from(description.macrostep)),
+                homing: description.axes.each_ref().map(|axis| HomingParameters {
+                    way: axis.homing,
+                    travel_rad: axis.motor_position.upper - axis.motor_position.lower,
+                    limits: AxisLimits {
+                        v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,
+                        a: axis.planning_limits.acceleration,
+                        j: axis.planning_limits.jerk,
+                    },
+                }),
+                overcurrent_ma: description
+                    .axes
+                    .each_ref()
+                    .map(|axis| whole(axis.overcurrent_ma)),
+                torque_offset: description.axes.each_ref().map(offset),
+                law: config.law,
+                homed_ranges: ranges(description),
+            },
             addresses: config.drives,
             scripts: description.axes.each_ref().map(|axis| AxisSetup {
                 sync_cob: config.sync_cob,
@@ -101,28 +119,14 @@ impl<const N: usize> EdpSetup<N> {
                 ),
                 max_torque: 0,
                 mode: mode.code(),
-                torque_offset: robot.chain().is_some() && axis.is_direct(),
+                torque_offset: offset(axis),
                 slot: None,
             }),
             sync_cob: config.sync_cob,
             master: config.master,
             axes,
-            homing: description.axes.each_ref().map(|axis| HomingParameters {
-                way: axis.homing,
-                travel_rad: axis.motor_position.upper - axis.motor_position.lower,
-                limits: AxisLimits {
-                    v: axis.hard_limits.velocity * factor * PLAN_VELOCITY,
-                    a: axis.planning_limits.acceleration,
-                    j: axis.planning_limits.jerk,
-                },
-            }),
-            overcurrent_ma: description
-                .axes
-                .each_ref()
-                .map(|axis| whole(axis.overcurrent_ma)),
-            law: config.law,
-            pace: FeedPace::new(&envelopes(&homed_bounds)),
-            homed_bounds,
+            braking: Braking::new(&envelopes(description, factor, true)),
+            velocity_factor: factor,
         };
         if config.fast_drives {
             setup.with_slots()
@@ -157,36 +161,13 @@ impl<const N: usize> EdpSetup<N> {
         }
     }
 
-    /// The bounds of the gate.
-    #[must_use]
-    pub fn bounds(&self, homed: bool) -> [Bounds; N] {
-        if homed {
-            return self.homed_bounds;
-        }
-        self.homed_bounds.map(|b| Bounds {
-            lower: -UNBOUNDED_RAD,
-            upper: UNBOUNDED_RAD,
-            ..b
-        })
-    }
-
-    /// What the interpolator may do.
-    #[must_use]
-    pub fn envelopes(&self, homed: bool) -> [AxisEnvelope; N] {
-        envelopes(&self.bounds(homed))
-    }
-
-    /// An interpolator can be made of the envelopes.
+    /// There can be paths within the envelopes.
     ///
     /// # Errors
     /// [`ConfigError::NoRoomToStop`], [`ConfigError::FastDrive`].
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self, envelopes: [AxisEnvelope; N]) -> Result<(), ConfigError> {
         self.validate_slots()?;
-        let Err(error) = Interpolator::<N, KNOT_QUEUE>::with_pace(
-            self.envelopes(true),
-            [Angle::ZERO; N],
-            self.pace,
-        ) else {
+        let Err(error) = PathLimits::new(envelopes) else {
             return Ok(());
         };
         let (EnvelopeError::Senseless { axis } | EnvelopeError::NoRoomToStop { axis, .. }) = error;
@@ -237,28 +218,6 @@ impl<const N: usize> EdpSetup<N> {
             cartesian_acceleration: description.cartesian_acceleration,
         }
     }
-}
-
-fn envelopes<const N: usize>(bounds: &[Bounds; N]) -> [AxisEnvelope; N] {
-    bounds.map(|b| {
-        let hard = AxisLimits {
-            v: b.velocity,
-            a: b.acceleration,
-            j: b.jerk,
-        };
-        let plan = AxisLimits {
-            v: hard.v * PLAN_VELOCITY,
-            a: hard.a * PLAN_ACCELERATION,
-            j: hard.j * PLAN_JERK,
-        };
-        AxisEnvelope {
-            lower: b.lower,
-            upper: b.upper,
-            hard,
-            plan,
-            acceleration_step: plan.a,
-        }
-    })
 }
 
 fn units_per_rad(axis: &AxisDescription) -> f64 {

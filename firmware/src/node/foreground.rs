@@ -68,7 +68,10 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         } = setup;
         let macrostep = robot.description().macrostep;
         let period = Micros(u64::from(robot.description().servo_step_us));
-        let effort = Vsp::new(EffortSensor::new(setup.overcurrent_ma, macrostep), ());
+        let effort = Vsp::new(
+            EffortSensor::new(setup.constants.overcurrent_ma, macrostep),
+            (),
+        );
         let seed = (config.unique_id ^ config.unique_id >> 32) & 0xFFFF_FFFF;
         Self {
             link: Endpoint::new(config.node, Role::Node, config.mtu),

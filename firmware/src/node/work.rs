@@ -2,11 +2,12 @@
 //!
 //! ```text
 //!  servo steps of a macrostep   0      1  2  3  4  5  6  7   8          9          0
-//!  foreground                   order                        1st knot   2nd knot   order
+//!  foreground                   order                        1st piece  2nd piece  order
 //!  ECP                          [work .................. ]   (fault 15 if it is not done)
 //! ```
 //! A plan is taken at the same step whether the work took long or not: so a node behaves the same on every
-//! machine, and no servo step ever waits. Its knots come into the queue one a step, for each has to be checked.
+//! machine, and no servo step ever waits. Its pieces have been made and checked ahead of the queue as it was at the order;
+//! they come into it one a step, if it still ends there.
 //! So what a coordinator says has its effect those eight steps later than it would by an ECP that takes no time.
 
 use super::foreground::Foreground;
@@ -24,7 +25,7 @@ enum Whereabouts {
     AtHand,
     /// At work since this servo step.
     Ordered(u32),
-    /// Done; so many knots of its plan are taken.
+    /// Done; so many pieces of its plan are taken.
     Taken(usize),
     /// At work, and late.
     Late,
@@ -134,12 +135,15 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             return;
         }
         self.agenda.set_at_work();
-        ecp.order(&mut self.agenda, &self.edp.image(), self.sensors);
+        let ahead = self
+            .edp
+            .ahead(now, self.work.hand_over(), self.clock.line());
+        ecp.order(&mut self.agenda, &self.edp.image(), self.sensors, ahead);
         self.work.ecp = Whereabouts::Ordered(step);
         self.work.ordered = true;
     }
 
-    /// The next knot of a plan; after the last one, how the instruction goes on.
+    /// The next piece of a plan; after the last one, how the instruction goes on.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
     fn take(&mut self, now: Micros, plan: &Plan<N>, taken: usize) {
@@ -149,18 +153,18 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         if !self.agenda.take_at_work() || !moves {
             return;
         }
-        let demands = plan.verdict() == Verdict::Goes || !plan.knots().is_empty();
+        let demands = plan.verdict() == Verdict::Goes || !plan.pieces().is_empty();
         if demands && matches!(self.edp.mode(), Mode::Resting(_)) {
             let _ = self.edp.on(now, ModeEvent::Start);
         }
-        if let Some(knot) = plan.knots().get(taken)
-            && let Err(refusal) = self.edp.queue(now, knot, &self.clock)
+        if let Some(piece) = plan.pieces().get(taken)
+            && let Err(refusal) = self.edp.queue(now, piece)
         {
             self.fail(now, &refusal);
             return;
         }
         let taken = taken.saturating_add(1);
-        if taken < plan.knots().len() {
+        if taken < plan.pieces().len() {
             self.agenda.set_at_work();
             self.work.ecp = Whereabouts::Taken(taken);
             return;

@@ -10,6 +10,7 @@ use firmware::ecp::tool_motion::{PathSpeeds, ToolMotion};
 use firmware::ecp::tool_path::ToolPath;
 use firmware::ecp::{Coordinator, Demand, EcpOf, EffectorImage, Limits, Sensors};
 use firmware::edp::EdpSetup;
+use motion::interpolator::{Braking, PathLimits};
 use motion::path::{Arc, Curve, MovingSegment, Straight};
 use motion::{Angle, AxisEnvelope, AxisLimits, Interpolator, Knot, Pose, Status};
 use nalgebra::Vector3;
@@ -154,7 +155,9 @@ impl Run {
         );
         let motors = |motion: &JointMotion<N>| self.arm.robot.motor_motion(motion).unwrap();
         let first = motors(&self.knots[0]).position.0.map(Angle::bound);
-        let mut edp = Interpolator::<N, 8>::new([wide; N], first).unwrap();
+        let limits = PathLimits::new([wide; N]).unwrap();
+        let mut edp = Interpolator::<N, 8>::new(Braking::new(&[wide; N]));
+        edp.hold_anew(&limits.ranges(), first);
         edp.start(0).unwrap();
         let mut knots = self.knots[1..].iter();
         let (mut at_us, mut out) = (0, Vec::new());
@@ -170,7 +173,8 @@ impl Run {
                     velocity: motion.velocity,
                     acceleration: Some(motion.acceleration),
                 };
-                edp.push(knot, now_us).unwrap();
+                let made = limits.piece(&edp.tip(), &knot).unwrap();
+                edp.push(&made.piece, now_us).unwrap();
             }
             let output = edp.step(now_us);
             let motion = robots::MotorMotion {

@@ -1,13 +1,9 @@
 //! What may be asked of a path under way: another feed rate, a stop, to forget knots.
 
 use super::report::Moving;
+use super::stop::AxisStop;
 use super::{Interpolator, Mode, OffPath, QuickStop, Status, StopCause};
-use crate::ramp::Ramp;
-use crate::scalar::{larger, smaller, within};
-
-/// Kept below the hard limits in a quick stop, for rounding: velocity and acceleration have 24 bits, positions are
-/// quantised.
-const ROUNDING_MARGIN: f64 = 1.0 - 1e-6;
+use crate::scalar::smaller;
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Brings the feed rate to 0 on the path, from the last set-point on.
@@ -62,37 +58,44 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     }
 
     fn leave_path(&mut self) -> QuickStop {
-        let mut stop = OffPath {
-            since_us: self.now_us,
-            duration: 0.0,
-            from: self.setpoint.position,
-            velocity: [Ramp::new(0.0, 0.0, 0.0, 1.0, 1.0); N],
-        };
-        let states = self
-            .setpoint
-            .velocity
-            .iter()
-            .zip(&self.setpoint.acceleration);
-        for ((ramp, axis), (v, a)) in stop.velocity.iter_mut().zip(&self.axes).zip(states) {
-            let hard = axis.hard.scaled(ROUNDING_MARGIN);
-            let a = within(f64::from(*a), -hard.a, hard.a);
-            *ramp = Ramp::new(f64::from(*v), a, 0.0, hard.a, hard.j);
-            stop.duration = larger(stop.duration, ramp.duration());
-        }
-        let mut each = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
-        let inside = each.all(|((p, ramp), (lower, upper))| {
-            let (back, forth) = ramp.reach_to_zero();
-            let p = p.to_f64();
-            p + back >= lower.to_f64() && p + forth <= upper.to_f64()
-        });
-        if inside {
-            self.queue.clear();
-            self.mode = Mode::OffPath(stop);
-            QuickStop::OffPath
-        } else {
+        let Some(stop) = self.way_off_path() else {
             self.feed_hold();
-            QuickStop::OnPath
+            return QuickStop::OnPath;
+        };
+        self.queue.clear();
+        self.mode = Mode::OffPath(stop);
+        QuickStop::OffPath
+    }
+
+    /// A quick stop inside the position limits, if there is one that integers reach.
+    fn way_off_path(&self) -> Option<OffPath<N>> {
+        let mut off = OffPath {
+            since_us: self.now_us,
+            duration_us: 0,
+            from: self.setpoint.position,
+            axes: [AxisStop::NONE; N],
+        };
+        let states = off.from.iter().zip(
+            self.setpoint
+                .velocity
+                .iter()
+                .zip(&self.setpoint.acceleration),
+        );
+        let limits = self.braking.axes.iter().zip(&self.reach);
+        for ((axis, (p, (v, a))), (braking, (lower, upper))) in
+            off.axes.iter_mut().zip(states).zip(limits)
+        {
+            let most = braking.stop.a;
+            let a = if *a > most { most } else { *a };
+            let a = if a < -most { -most } else { a };
+            let (stop, (back, forth)) = AxisStop::new(*v, a, braking.stop)?;
+            if p.plus(back) < *lower || p.plus(forth) > *upper {
+                return None;
+            }
+            off.duration_us = off.duration_us.max(stop.duration_us());
+            *axis = stop;
         }
+        Some(off)
     }
 
     /// Drops the path and acknowledges a stop: idle at the present position. A feed hold stays.

@@ -11,6 +11,7 @@
 
 use super::rate::PathTime;
 use super::segment::Segment;
+use super::span::{Part, Span, whole};
 use crate::angle::{Angle, times_fraction};
 use crate::scalar::narrow;
 
@@ -24,17 +25,10 @@ const MOST_FROM: f64 = 4_194_304.0;
 const MOST_WAY: f64 = 262_144.0;
 /// Quanta of an [`Angle`], times 16.
 const SIXTEENTHS: f64 = 17_592_186_044_416.0;
-/// The longest duration, µs: 71 minutes.
-const MOST_US: u64 = u32::MAX as u64;
-/// 2⁻³².
-const PER_FRACTION: f32 = 1.0 / 4_294_967_296.0;
-/// Quanta of an [`Angle`], times s in 2⁻³² µs.
-const QUANTA_PER_PART: f32 = 256.0 * 1e-6;
-
 /// Why a piece cannot be had in fixed point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Unfixable {
-    /// It lasts longer than [`MOST_US`].
+    /// It lasts longer than a [`Span`] can.
     Long,
     /// An axis would go farther than the integers reach: the value and its limit, in the axis' unit.
     Far { axis: usize, value: f64, limit: f64 },
@@ -44,9 +38,7 @@ pub(crate) enum Unfixable {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FixedSegment<const N: usize> {
     start_us: u64,
-    end_us: u64,
-    /// 2⁶⁴ over the duration in µs, rounded down.
-    per_us: u64,
+    span: Span,
     per_s: f32,
     from: [Angle; N],
     /// Quanta: the coefficients of u to u⁵.
@@ -61,17 +53,12 @@ impl<const N: usize> FixedSegment<N> {
     /// # Errors
     /// [`Unfixable`].
     pub(crate) fn new(segment: &Segment<N>) -> Result<Self, Unfixable> {
-        let (start_us, end_us) = (segment.start_us(), segment.end.at_us);
-        let duration_us = end_us.saturating_sub(start_us);
-        if duration_us > MOST_US {
-            return Err(Unfixable::Long);
-        }
+        let start_us = segment.start_us();
+        let duration_us = segment.end.at_us.saturating_sub(start_us);
         let per_s = narrow(segment.per_s());
         let mut fixed = Self {
             start_us,
-            end_us,
-            // of one microsecond 2⁶⁴ − 1: there is no whole microsecond in it
-            per_us: u64::MAX.checked_div(duration_us).unwrap_or(u64::MAX),
+            span: Span::new(duration_us).ok_or(Unfixable::Long)?,
             per_s,
             from: [Angle::ZERO; N],
             way: [[0; 5]; N],
@@ -100,62 +87,48 @@ impl<const N: usize> FixedSegment<N> {
         Ok(fixed)
     }
 
+    /// When it begins, path time in µs.
+    pub(crate) const fn start_us(&self) -> u64 {
+        self.start_us
+    }
+
     /// When it ends, path time in µs.
     pub(crate) const fn end_us(&self) -> u64 {
-        self.end_us
+        self.start_us.saturating_add(self.span.us())
     }
 
-    /// Position, and its first and second derivative with respect to path time, of each axis; before the end.
-    #[inline]
-    pub(crate) fn at(&self, path: PathTime) -> impl Iterator<Item = (Angle, f32, f32)> + '_ {
-        let (u, left) = self.fraction(path);
-        let share = float(u) * PER_FRACTION;
-        let derivatives = self.way.iter().zip(&self.velocity);
-        self.from
-            .iter()
-            .zip(derivatives)
-            .map(move |(from, (way, velocity))| {
-                let [c1, c2, c3, c4, c5] = *way;
-                let [v1, v2, v3, v4, v5] = *velocity;
-                let quanta = times_fraction(c5, u).wrapping_add(c4);
-                let quanta = times_fraction(quanta, u).wrapping_add(c3);
-                let quanta = times_fraction(quanta, u).wrapping_add(c2);
-                let quanta = times_fraction(quanta, u).wrapping_add(c1);
-                let quanta = times_fraction(quanta, u);
-                let v = v1 + share * (v2 + share * (v3 + share * (v4 + share * v5)));
-                let a = v2 + share * (2.0 * v3 + share * (3.0 * v4 + share * (4.0 * v5)));
-                let further = quanta.wrapping_add(whole(left * v));
-                (from.plus(further), v, a * self.per_s)
-            })
+    /// The same piece, begun at another time.
+    pub(crate) const fn begun_at(&self, start_us: u64) -> Self {
+        Self { start_us, ..*self }
     }
 
-    /// u in 2⁻³², and what it leaves of the time, s times quanta.
-    ///
-    /// u is a product with a reciprocal, up to four too small; but what it leaves is exact.
+    /// Position, and its first and second derivative with respect to path time, of each axis; `None` at the end and
+    /// later.
     #[inline]
-    fn fraction(&self, path: PathTime) -> (u32, f32) {
+    pub(crate) fn at(
+        &self,
+        path: PathTime,
+    ) -> Option<impl Iterator<Item = (Angle, f32, f32)> + '_> {
         let since_us = path.us.saturating_sub(self.start_us);
-        let duration_us = self.end_us.saturating_sub(self.start_us);
-        let (high, low) = (self.per_us >> 32, self.per_us & LOW);
-        let u = since_us
-            .wrapping_mul(high)
-            .wrapping_add(since_us.wrapping_mul(low) >> 32)
-            .wrapping_add(u64::from(path.fraction).wrapping_mul(high) >> 32);
-        let u = u32::try_from(u).unwrap_or(u32::MAX);
-        // in 2⁻³² µs, below the duration: so below 2⁶⁴
-        let time = since_us << 32 | u64::from(path.fraction);
-        let left = time.wrapping_sub(u64::from(u).wrapping_mul(duration_us));
-        // at most four durations in 2⁻³² µs; of one longer than 17 minutes, nothing is lost with two bits
-        let left = match u32::try_from(left) {
-            Ok(left) => float(left),
-            Err(_) => 4.0 * float(u32::try_from(left >> 2).unwrap_or(u32::MAX)),
-        };
-        (u, left * QUANTA_PER_PART)
+        let Part { u, left } = self.span.part(since_us, path.fraction)?;
+        let share = Part { u, left }.share();
+        let derivatives = self.way.iter().zip(&self.velocity);
+        let axes = self.from.iter().zip(derivatives);
+        Some(axes.map(move |(from, (way, velocity))| {
+            let [c1, c2, c3, c4, c5] = *way;
+            let [v1, v2, v3, v4, v5] = *velocity;
+            let quanta = times_fraction(c5, u).wrapping_add(c4);
+            let quanta = times_fraction(quanta, u).wrapping_add(c3);
+            let quanta = times_fraction(quanta, u).wrapping_add(c2);
+            let quanta = times_fraction(quanta, u).wrapping_add(c1);
+            let quanta = times_fraction(quanta, u);
+            let v = v1 + share * (v2 + share * (v3 + share * (v4 + share * v5)));
+            let a = v2 + share * (2.0 * v3 + share * (3.0 * v4 + share * (4.0 * v5)));
+            let further = quanta.wrapping_add(whole(left * v));
+            (from.plus(further), v, a * self.per_s)
+        }))
     }
 }
-
-/// The lower 32 bits.
-const LOW: u64 = 0xFFFF_FFFF;
 
 /// The quanta nearest to a coefficient, to a sixteenth.
 #[expect(
@@ -164,19 +137,4 @@ const LOW: u64 = 0xFFFF_FFFF;
 )]
 fn quanta(coefficient: f64) -> i64 {
     ((coefficient * SIXTEENTHS) as i64).wrapping_add(8) >> 4
-}
-
-/// A quotient of integers below 2³² as a float.
-#[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
-const fn float(x: u32) -> f32 {
-    x as f32
-}
-
-/// The whole quanta of a small way, rounded towards 0.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "below 2^31: the coefficients were compared"
-)]
-const fn whole(quanta: f32) -> i64 {
-    quanta as i32 as i64
 }

@@ -1,8 +1,7 @@
 //! What can be known of a path under way.
 
-use super::{Interpolator, Mode, StopTail};
+use super::{Interpolator, Mode, StopTail, Tip};
 use crate::knot::Setpoint;
-use crate::scalar::{US_PER_S, split_us};
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Whether the set-point stands, and no command but [`start`](Self::start),
@@ -20,6 +19,18 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         matches!(self.mode, Mode::Idle)
+    }
+
+    /// Whether there will be no path after the [step](Self::step) at this time, if nothing comes in between.
+    #[must_use]
+    pub fn is_idle_by(&self, at_us: u64) -> bool {
+        match self.mode {
+            Mode::Idle => true,
+            Mode::Waiting { .. } | Mode::OnPath => {
+                self.end.is_at_rest() && self.clock.at(at_us).is_after(self.end.at_us)
+            }
+            Mode::OnTail | Mode::OffPath(_) | Mode::Stopped { .. } => false,
+        }
     }
 
     /// Whether the path, as far as it is known, ends at rest: it needs neither a further knot nor its tail.
@@ -72,10 +83,10 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn stop_tail(&self) -> Option<StopTail<N>> {
         match self.mode {
             Mode::Waiting { .. } | Mode::OnPath | Mode::OnTail => {
-                let (whole_us, _) = split_us(libm::ceil(self.tail.duration() * US_PER_S));
+                let position = self.tail.rest_position(&self.end);
                 Some(StopTail {
-                    position: self.tail.rest_position(&self.end),
-                    at_us: self.end.at_us.saturating_add(whole_us),
+                    position,
+                    at_us: self.end.at_us.saturating_add(self.tail.duration_us()),
                 })
             }
             Mode::Idle | Mode::OffPath(_) | Mode::Stopped { .. } => None,
@@ -86,6 +97,15 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// it, in path time.
     #[must_use]
     pub fn hold_duration_s(&self) -> f64 {
-        self.hold_s
+        self.braking.hold_s
+    }
+
+    /// Where the path ends, as far as it is known: what the next [piece](super::PathLimits::piece) is made from.
+    #[must_use]
+    pub fn tip(&self) -> Tip<N> {
+        Tip {
+            generation: self.generation,
+            end: self.end,
+        }
     }
 }

@@ -65,11 +65,6 @@ pub(crate) struct PathTime {
 }
 
 impl PathTime {
-    /// Microseconds since an earlier (or equal) instant.
-    pub(crate) fn since_us(&self, earlier_us: u64) -> f64 {
-        float_us(self.us.saturating_sub(earlier_us)) + f64::from(self.fraction) / FRACTIONS
-    }
-
     pub(crate) fn is_after(&self, us: u64) -> bool {
         self.us > us || (self.us == us && self.fraction > 0)
     }

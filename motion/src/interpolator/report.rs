@@ -1,5 +1,6 @@
 //! What an interpolator answers: outputs, status, refusals.
 
+use crate::angle::Angle;
 use crate::knot::{Quantity, Setpoint};
 use core::fmt;
 
@@ -76,19 +77,11 @@ pub enum QuickStop {
     AtRest,
 }
 
-/// What an accepted knot means.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Accepted<const N: usize> {
-    /// Step of acceleration of each axis where the segment begins, by magnitude: zero to rounding for a
-    /// knot with accelerations, bounded by [`AxisEnvelope::acceleration_step`](crate::AxisEnvelope) without.
-    pub acceleration_step: [f64; N],
-}
-
 /// Where and when everything would come to rest without another knot, at the present feed rate 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopTail<const N: usize> {
     /// The positions at rest.
-    pub position: [f64; N],
+    pub position: [Angle; N],
     /// Path time at rest, µs.
     pub at_us: u64,
 }
@@ -102,7 +95,7 @@ pub enum StartError {
     Late,
 }
 
-/// Why a knot is refused; the path is as it was.
+/// Why a knot is refused, or the piece to it; the path is as it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PushError {
     /// No path has begun: [`start`](super::Interpolator::start) first.
@@ -119,6 +112,8 @@ pub enum PushError {
         /// Time of the knot before, µs.
         previous_us: u64,
     },
+    /// The path does not end where the piece begins: it was made for another.
+    Stale,
     /// Its time has passed.
     Late {
         /// Path time now, µs.
@@ -202,6 +197,7 @@ impl fmt::Display for PushError {
             Self::NotMonotone { previous_us } => {
                 write!(f, "not later than the knot before, {previous_us} µs")
             }
+            Self::Stale => f.write_str("the path does not end where the piece begins"),
             Self::Late { path_us } => write!(f, "path time is {path_us} µs already"),
             Self::NotFinite { axis } => write!(f, "axis {axis}: not finite"),
             Self::Limit {

@@ -8,7 +8,7 @@ use crate::scalar::{US_PER_S, float_us, larger, smaller};
 const ROUNDING: f64 = 1e-9;
 
 /// The state where a piece ends.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct End<const N: usize> {
     pub(crate) at_us: u64,
     pub(crate) position: [f64; N],

@@ -1,10 +1,10 @@
 //! One servo step: which set-point comes next.
 
 use super::rate::PathTime;
-use super::{Interpolator, Mode, OffPath, Output, Status, StopCause};
+use super::{Interpolator, Mode, Output, Status, StopCause};
 use crate::angle::Angle;
 use crate::knot::Setpoint;
-use crate::scalar::{US_PER_S, float_us, narrow};
+use crate::scalar::narrow;
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// The set-point for `now_us`. Called once every servo step; time never goes back.
@@ -21,7 +21,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Idle => Status::Idle,
             Mode::Waiting { starts_at_us } => Status::Waiting { starts_at_us },
             Mode::OnPath | Mode::OnTail => self.step_path(),
-            Mode::OffPath(stop) => self.step_off_path(&stop),
+            Mode::OffPath(_) => self.step_off_path(),
             Mode::Stopped { cause } => Status::Stopped { cause },
         };
         Output {
@@ -37,17 +37,20 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         if path.is_after(self.end.at_us) {
             if self.end.is_at_rest() {
                 let position = self.end.position.map(Angle::bound);
-                return self.rest(position, Mode::Idle, Status::Idle);
+                let status = self.rest(position, Mode::Idle, Status::Idle);
+                // so that a path that begins here begins where the set-point is
+                self.end.position = position.map(Angle::to_f64);
+                return status;
             }
             return self.step_tail(path);
         }
         if let Some(segment) = self.queue.front() {
-            if path.us < segment.end_us() {
-                timed(&mut self.setpoint, segment.at(path), path, &self.reach);
+            if let Some(states) = segment.at(path) {
+                timed(&mut self.setpoint, states, path, &self.reach);
             } else {
                 // the last knot itself
-                let states = self.end.axes().map(|[p, v, a]| (p, narrow(v), narrow(a)));
-                let states = angles(states);
+                let states = self.end.axes();
+                let states = states.map(|[p, v, a]| (Angle::bound(p), narrow(v), narrow(a)));
                 timed(&mut self.setpoint, states, path, &self.reach);
             }
         }
@@ -63,30 +66,33 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
 
     fn step_tail(&mut self, path: PathTime) -> Status {
         let cause = StopCause::Underrun;
-        let after_s = path.since_us(self.end.at_us) / US_PER_S;
-        if after_s >= self.tail.duration() {
-            let position = self.tail.rest_position(&self.end).map(Angle::bound);
+        let since_us = path.us.saturating_sub(self.end.at_us);
+        if since_us >= self.tail.duration_us() {
+            let position = self.tail.rest_position(&self.end);
             return self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
         }
         self.mode = Mode::OnTail;
-        let states = angles(self.tail.at(&self.end, after_s));
+        let fades = self.braking.axes.each_ref().map(|axis| axis.fade);
+        let states = self.tail.at(&self.end, &fades, (since_us, path.fraction));
         timed(&mut self.setpoint, states, path, &self.reach);
         Status::Stopping { cause }
     }
 
-    fn step_off_path(&mut self, stop: &OffPath<N>) -> Status {
+    fn step_off_path(&mut self) -> Status {
         let cause = StopCause::QuickStop;
-        let t = float_us(self.now_us.saturating_sub(stop.since_us)) / US_PER_S;
-        let axes = stop.from.iter().zip(&stop.velocity).zip(&self.reach);
-        for ((p, (v, a)), ((from, ramp), (lower, upper))) in axes_mut(&mut self.setpoint).zip(axes)
+        let Mode::OffPath(off) = &self.mode else {
+            return Status::Stopping { cause };
+        };
+        let since_us = self.now_us.saturating_sub(off.since_us);
+        let axes = off.from.iter().zip(&off.axes).zip(&self.reach);
+        for ((p, (v, a)), ((from, stop), (lower, upper))) in axes_mut(&mut self.setpoint).zip(axes)
         {
-            let state = ramp.at(t);
-            let further = from.plus(Angle::bound(state.integral).quanta());
+            let (way, velocity, acceleration) = stop.at(since_us);
             // takes away rounding only: the end was checked
-            *p = further.within(*lower, *upper);
-            (*v, *a) = (narrow(state.x), narrow(state.dx));
+            *p = from.plus(way).within(*lower, *upper);
+            (*v, *a) = (velocity, acceleration);
         }
-        if t < stop.duration {
+        if since_us < off.duration_us {
             return Status::Stopping { cause };
         }
         let position = self.setpoint.position;
@@ -106,13 +112,6 @@ fn axes_mut<const N: usize>(
 ) -> impl Iterator<Item = (&mut Angle, (&mut f32, &mut f32))> {
     let derivatives = setpoint.velocity.iter_mut().zip(&mut setpoint.acceleration);
     setpoint.position.iter_mut().zip(derivatives)
-}
-
-/// With positions as a set-point has them.
-fn angles(
-    states: impl Iterator<Item = (f64, f32, f32)>,
-) -> impl Iterator<Item = (Angle, f32, f32)> {
-    states.map(|(p, v, a)| (Angle::bound(p), v, a))
 }
 
 /// Derivatives with respect to path time become derivatives with respect to time.

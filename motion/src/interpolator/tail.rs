@@ -1,9 +1,19 @@
 //! The stop tail: how the path goes on behind its last knot, to rest.
 
+use super::fixed::Unfixable;
 use super::segment::End;
+use super::span::{Span, whole};
+use crate::angle::{Angle, times_fraction};
 use crate::knot::AxisEnvelope;
 use crate::profile::AxisLimits;
-use crate::scalar::{larger, narrow, smaller, within};
+use crate::scalar::{US_PER_S, float_us, larger, narrow, smaller};
+
+/// Ways of a tail are in 16ths of a quantum of an [`Angle`]: so what their sums leave out is below one.
+const SIXTEENTHS: f64 = 17_592_186_044_416.0;
+const SIXTEENTH_BITS: u32 = 4;
+/// The farthest either part of a tail may go, in the axis' unit: eight times as much has 63 bits.
+const MOST_WAY: f64 = 32_768.0;
+const S_PER_US: f32 = 1e-6;
 
 /// From the end of the path to rest, in path time.
 ///
@@ -15,12 +25,20 @@ use crate::scalar::{larger, narrow, smaller, within};
 /// velocity ≤ |v| + 4/27·|a|·Tᵢ, acceleration ≤ 3/2·|v|/T + |a|, jerk ≤ 6·|v|/T² + 4·|a|/Tᵢ.
 /// With Tᵢ = 8·aₚ/jₜ (plan acceleration, tail jerk) fading takes at most half of jₜ, and at most
 /// 32/27·aₚ²/jₜ of velocity, which [`AxisEnvelope`] keeps free. So for every end within the plan limits
-/// there is a T, and the smallest one is taken.
+/// there is a T, and the smallest one is taken. Both are whole microseconds: T is rounded up, Tᵢ down.
+///
+/// The ways are `w₀·(2u − 2u³ + u⁴)`, w₀ = v·T/2, and `w₁·(6x² − 8x³ + 3x⁴)`, w₁ = a·Tᵢ²/12. The last knot's
+/// position, w₀ and w₁ are rounded, to half a quantum and 1/32; each of the eight products down, by less than 1/16; the
+/// sum to the nearest; and what u and x leave of the time counts with a velocity of 24 bits: 3 quanta at most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tail<const N: usize> {
-    t: f64,
-    fade: [f64; N],
-    duration: f64,
+    /// T; of no duration where nothing goes on.
+    span: Span,
+    duration_us: u64,
+    /// w₀ of each axis, 16ths of a quantum.
+    along: [i64; N],
+    /// w₁ of each axis, 16ths of a quantum.
+    fading: [i64; N],
 }
 
 /// What of an envelope a tail is made with, found once and not at every knot.
@@ -28,108 +46,199 @@ pub(crate) struct Tail<const N: usize> {
 pub(crate) struct TailLimits {
     a: f64,
     j: f64,
-    fade: f64,
+    fade_us: u64,
 }
 
 impl TailLimits {
-    /// Nothing may move.
-    pub(crate) const NOWHERE: Self = Self {
-        a: 0.0,
-        j: 0.0,
-        fade: 0.0,
-    };
-
     pub(crate) fn new(envelope: &AxisEnvelope) -> Self {
         let AxisLimits { a, j, .. } = envelope.tail();
-        let fade = envelope.fade_s();
-        Self { a, j, fade }
+        Self {
+            a,
+            j,
+            fade_us: fade_us(envelope),
+        }
     }
+}
+
+/// Tᵢ of an axis: whole microseconds, at least one.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a float to integer cast saturates"
+)]
+fn fade_us(envelope: &AxisEnvelope) -> u64 {
+    ((envelope.fade_s() * US_PER_S) as u64).max(1)
+}
+
+/// The same as a span; none where it is longer than 71 minutes, which no tail is.
+pub(crate) fn fade_span(envelope: &AxisEnvelope) -> Span {
+    Span::new(fade_us(envelope)).unwrap_or(Span::NONE)
 }
 
 impl<const N: usize> Tail<N> {
     /// At rest already.
     pub(crate) const NONE: Self = Self {
-        t: 0.0,
-        fade: [0.0; N],
-        duration: 0.0,
+        span: Span::NONE,
+        duration_us: 0,
+        along: [0; N],
+        fading: [0; N],
     };
 
-    pub(crate) fn new(end: &End<N>, axes: &[TailLimits; N]) -> Self {
-        let (mut t, mut duration) = (0.0, 0.0);
-        let mut fade = [0.0; N];
+    /// The tail behind a state, and an interval that holds all positions of each axis on it: both parts move one way
+    /// only.
+    ///
+    /// # Errors
+    /// [`Unfixable`]: it is too long, or goes too far.
+    pub(crate) fn new(
+        end: &End<N>,
+        axes: &[TailLimits; N],
+    ) -> Result<(Self, [(f64, f64); N]), Unfixable> {
+        let (mut t, mut duration_us) = (0.0, 0);
         let states = end.velocity.iter().zip(&end.acceleration);
-        for ((own, axis), (v, a)) in fade.iter_mut().zip(axes).zip(states) {
-            let (v, a, limits) = (v.abs(), a.abs(), axis);
-            *own = axis.fade;
+        for (axis, (v, a)) in axes.iter().zip(states) {
+            let (v, a) = (v.abs(), a.abs());
+            let fade = float_us(axis.fade_us) / US_PER_S;
             if a > 0.0 {
-                duration = larger(duration, *own);
+                duration_us = duration_us.max(axis.fade_us);
             }
-            t = larger(t, 1.5 * v / (limits.a - a));
-            t = larger(t, libm::sqrt(6.0 * v / (limits.j - 4.0 * a / *own)));
+            t = larger(t, 1.5 * v / (axis.a - a));
+            t = larger(t, libm::sqrt(6.0 * v / (axis.j - 4.0 * a / fade)));
         }
-        Self {
-            t,
-            fade,
-            duration: larger(duration, t),
+        let span = Span::new(whole_us(t)).ok_or(Unfixable::Long)?;
+        let t = float_us(span.us()) / US_PER_S;
+        let mut tail = Self {
+            span,
+            duration_us: duration_us.max(span.us()),
+            along: [0; N],
+            fading: [0; N],
+        };
+        let mut reach = [(0.0, 0.0); N];
+        let ways = tail.along.iter_mut().zip(&mut tail.fading).zip(&mut reach);
+        for (axis, (((w0, w1), reach), ([p, v, a], limits))) in
+            (0..N).zip(ways.zip(end.axes().zip(axes)))
+        {
+            let fade = float_us(limits.fade_us) / US_PER_S;
+            let (along, faded) = (0.5 * v * t, a * fade * fade / 12.0);
+            for way in [along, faded] {
+                let value = libm::fabs(way);
+                if value >= MOST_WAY {
+                    let limit = MOST_WAY;
+                    return Err(Unfixable::Far { axis, value, limit });
+                }
+            }
+            (*w0, *w1) = (sixteenths(along), sixteenths(faded));
+            *reach = (
+                p + smaller(along, 0.0) + smaller(faded, 0.0),
+                p + larger(along, 0.0) + larger(faded, 0.0),
+            );
         }
+        Ok((tail, reach))
     }
 
-    /// Path time until rest, s.
-    pub(crate) fn duration(&self) -> f64 {
-        self.duration
+    /// Path time until rest, µs.
+    pub(crate) const fn duration_us(&self) -> u64 {
+        self.duration_us
     }
 
-    /// Position, and its first and second derivative with respect to path time, of each axis: positions in f64, the
-    /// derivatives in f32.
+    /// Position, and its first and second derivative with respect to path time, of each axis, so many µs (and 2⁻³² µs)
+    /// behind the end; `fades` are the axes' Tᵢ.
     pub(crate) fn at<'a>(
         &'a self,
         end: &'a End<N>,
-        after_s: f64,
-    ) -> impl Iterator<Item = (f64, f32, f32)> + 'a {
-        let u = if self.t > 0.0 {
-            within(after_s / self.t, 0.0, 1.0)
-        } else {
-            1.0
-        };
-        let way = self.t * u * (1.0 + u * u * (0.5 * u - 1.0));
-        let (u, t) = (narrow(u), narrow(self.t));
-        let h0 = 1.0 + u * u * (2.0 * u - 3.0);
-        let slope = if t > 0.0 {
-            6.0 * u * (u - 1.0) / t
-        } else {
-            0.0
-        };
-        end.axes().zip(&self.fade).map(move |([p, v, a], fade)| {
-            let x = within(after_s / fade, 0.0, 1.0);
-            let faded = a * fade * fade * x * x * (0.5 + x * (0.25 * x - 2.0 / 3.0));
-            let position = p + v * way + faded;
-            let (v, a, x, fade) = (narrow(v), narrow(a), narrow(x), narrow(*fade));
-            let left = 1.0 - x;
-            (
-                position,
-                v * h0 + a * fade * x * left * left,
-                v * slope + a * left * (1.0 - 3.0 * x),
-            )
-        })
+        fades: &'a [Span; N],
+        (since_us, fraction): (u64, u32),
+    ) -> impl Iterator<Item = (Angle, f32, f32)> + 'a {
+        let along = self.span.part(since_us, fraction).map(|part| {
+            let u = part.share();
+            let per_s = 1.0 / seconds(&self.span);
+            let h0 = 1.0 + u * u * (2.0 * u - 3.0);
+            (part, h0, 6.0 * u * (u - 1.0) * per_s)
+        });
+        let ways = self.along.iter().zip(&self.fading).zip(fades);
+        end.axes()
+            .zip(ways)
+            .map(move |([p, v, a], ((w0, w1), fade))| {
+                let (v, a) = (narrow(v), narrow(a));
+                let (way, left, velocity, acceleration) = match along {
+                    Some((part, h0, slope)) => {
+                        (going(*w0, part.u), part.left * (v * h0), v * h0, v * slope)
+                    }
+                    None => (*w0, 0.0, 0.0, 0.0),
+                };
+                let (faded, more, dv, da) = match fade.part(since_us, fraction) {
+                    Some(part) => {
+                        let x = part.share();
+                        let rest = 1.0 - x;
+                        let dv = a * seconds(fade) * x * rest * rest;
+                        (
+                            fading(*w1, part.u),
+                            part.left * dv,
+                            dv,
+                            a * rest * (1.0 - 3.0 * x),
+                        )
+                    }
+                    None => (*w1, 0.0, 0.0, 0.0),
+                };
+                (
+                    moved(p, way.wrapping_add(faded)).plus(whole(left + more)),
+                    velocity + dv,
+                    acceleration + da,
+                )
+            })
     }
 
     /// Where the path comes to rest.
-    pub(crate) fn rest_position(&self, end: &End<N>) -> [f64; N] {
-        let mut position = end.position;
-        for (to, (p, ..)) in position.iter_mut().zip(self.at(end, self.duration)) {
-            *to = p;
+    pub(crate) fn rest_position(&self, end: &End<N>) -> [Angle; N] {
+        let mut position = [Angle::ZERO; N];
+        let ways = self.along.iter().zip(&self.fading);
+        for ((to, from), (w0, w1)) in position.iter_mut().zip(&end.position).zip(ways) {
+            *to = moved(*from, w0.wrapping_add(*w1));
         }
         position
     }
+}
 
-    /// An interval that holds all positions of each axis: both parts move one way only.
-    pub(crate) fn reach<'a>(&'a self, end: &'a End<N>) -> impl Iterator<Item = (f64, f64)> + 'a {
-        end.axes().zip(&self.fade).map(|([p, v, a], fade)| {
-            let (along, fading) = (0.5 * v * self.t, a * fade * fade / 12.0);
-            (
-                p + smaller(along, 0.0) + smaller(fading, 0.0),
-                p + larger(along, 0.0) + larger(fading, 0.0),
-            )
-        })
-    }
+/// `w·(2u − 2u³ + u⁴)`
+fn going(w: i64, u: u32) -> i64 {
+    let two = w.wrapping_mul(2);
+    let sum = times_fraction(w, u).wrapping_sub(two);
+    let sum = times_fraction(times_fraction(sum, u), u).wrapping_add(two);
+    times_fraction(sum, u)
+}
+
+/// `w·(6x² − 8x³ + 3x⁴)`
+fn fading(w: i64, x: u32) -> i64 {
+    let sum = times_fraction(w.wrapping_mul(3), x).wrapping_sub(w.wrapping_mul(8));
+    let sum = times_fraction(sum, x).wrapping_add(w.wrapping_mul(6));
+    times_fraction(times_fraction(sum, x), x)
+}
+
+/// A position and a way in 16ths of a quantum, to the nearest quantum.
+fn moved(from: f64, way: i64) -> Angle {
+    Angle::bound(from).plus(way.wrapping_add(8) >> SIXTEENTH_BITS)
+}
+
+/// Its duration in s, in 24 bits.
+#[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
+fn seconds(span: &Span) -> f32 {
+    span.us() as f32 * S_PER_US
+}
+
+/// Whole microseconds, rounded up.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a float to integer cast saturates, and what is too long is refused"
+)]
+fn whole_us(s: f64) -> u64 {
+    libm::ceil(s * US_PER_S) as u64
+}
+
+/// A way in 16ths of a quantum, to the nearest.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "below 2^60: it was compared"
+)]
+fn sixteenths(way: f64) -> i64 {
+    libm::round(way * SIXTEENTHS) as i64
 }

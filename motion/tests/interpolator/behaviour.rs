@@ -1,9 +1,11 @@
 //! Single behaviours of the interpolator, each as one story.
 use crate::observer::{Observer, STEP_US, envelope};
-use motion::interpolator::{EVALUATION_QUANTA, FeedPace, PushError, QuickStop, StopCause};
+use crate::path::Path;
+use motion::interpolator::{Braking, EVALUATION_QUANTA, PushError, QuickStop, StopCause};
 use motion::knot::Quantity;
 use motion::profile::AxisLimits;
-use motion::{Angle, AxisEnvelope, Interpolator, Knot, Status};
+use motion::{Angle, AxisEnvelope, Knot, Status};
+use std::ops::DerefMut as _;
 
 const HARD: AxisLimits = AxisLimits {
     v: 2.0,
@@ -11,8 +13,8 @@ const HARD: AxisLimits = AxisLimits {
     j: 200.0,
 };
 
-fn one() -> Interpolator<1, 4> {
-    let mut edp = Interpolator::new([envelope(5.0, HARD)], [Angle::ZERO]).unwrap();
+fn one() -> Path<1, 4> {
+    let mut edp = Path::new([envelope(5.0, HARD)], [Angle::ZERO]).unwrap();
     edp.start(0).unwrap();
     edp
 }
@@ -48,9 +50,9 @@ fn golden_samples_of_a_quintic() {
 #[test]
 fn refusals_come_before_motion_and_change_nothing() {
     let mut edp = one();
-    let same = |edp: &Interpolator<1, 4>| (edp.room(), edp.horizon_us(0));
+    let same = |edp: &Path<1, 4>| (edp.room(), edp.horizon_us(0));
     let before = same(&edp);
-    let refused = |edp: &mut Interpolator<1, 4>, k| edp.push(k, 0).unwrap_err();
+    let refused = |edp: &mut Path<1, 4>, k| edp.push(k, 0).unwrap_err();
     assert_eq!(
         refused(&mut edp, knot(0, 0.0, 0.0)),
         PushError::NotMonotone { previous_us: 0 }
@@ -103,7 +105,7 @@ fn an_underrun_stops_where_promised_and_must_be_flushed() {
     };
     assert_eq!(end, StopCause::Underrun);
     assert!(now >= promise.at_us && now < promise.at_us + STEP_US);
-    assert_eq!(edp.setpoint().position, promise.position.map(Angle::bound));
+    assert_eq!(edp.setpoint().position, promise.position);
     let stopped = Err(PushError::Stopped {
         cause: StopCause::Underrun,
     });
@@ -183,8 +185,8 @@ fn a_quick_stop_is_the_fastest_and_leaves_the_path() {
         }
     ));
     let way = edp.setpoint().position[0].to_f64() - moving.position[0].to_f64();
-    // what is kept below the limits for rounding is a millionth
-    assert!((way - 0.5 * t * v).abs() < 2e-6 * way);
+    // what is kept below the limits for rounding is 16 millionths
+    assert!((way - 0.5 * t * v).abs() < 20e-6 * way);
     edp.resume();
     assert!(matches!(
         edp.step(end + 5_000).status,
@@ -197,8 +199,8 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
     let mut edp = one();
     let mut cubic = knot(1_000_000, 0.5, 0.0);
     cubic.acceleration = None;
-    let accepted = edp.push(cubic, 0).unwrap();
-    assert!((accepted.acceleration_step[0] - 3.0).abs() < 1e-12); // 6·d/t²
+    let steps = edp.push(cubic, 0).unwrap();
+    assert!((steps[0] - 3.0).abs() < 1e-12); // 6·d/t²
     assert!((edp.step(1).setpoint.acceleration[0] - 3.0).abs() < 1e-4);
     edp.step(1_000_001);
     assert!(
@@ -207,7 +209,7 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
     );
     let mut axis = envelope(5.0, HARD);
     axis.acceleration_step = 2.9;
-    let mut strict = Interpolator::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
+    let mut strict = Path::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
     strict.start(0).unwrap();
     let refused = strict.push(cubic, 0);
     assert!(
@@ -217,7 +219,7 @@ fn a_cubic_steps_in_acceleration_as_reported_and_no_more() {
 
 #[test]
 fn from_outside_the_limits_only_the_way_back_is_open() {
-    let mut edp = Interpolator::<1, 4>::new([envelope(1.0, HARD)], [Angle::bound(1.5)]).unwrap();
+    let mut edp = Path::<1, 4>::new([envelope(1.0, HARD)], [Angle::bound(1.5)]).unwrap();
     edp.start(0).unwrap();
     assert!(edp.push(knot(2_000_000, 1.6, 0.0), 0).is_err());
     edp.push(knot(2_000_000, 0.9, 0.0), 0).unwrap();
@@ -227,11 +229,11 @@ fn from_outside_the_limits_only_the_way_back_is_open() {
 #[test]
 fn limits_without_room_to_stop_are_refused() {
     let mut axis = AxisEnvelope::new(-1.0, 1.0, HARD);
-    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_ok());
+    assert!(Path::<1, 2>::new([axis], [Angle::ZERO]).is_ok());
     axis.plan = HARD;
-    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_err());
+    assert!(Path::<1, 2>::new([axis], [Angle::ZERO]).is_err());
     axis.plan = HARD.scaled(f64::NAN);
-    assert!(Interpolator::<1, 2>::new([axis], [Angle::ZERO]).is_err());
+    assert!(Path::<1, 2>::new([axis], [Angle::ZERO]).is_err());
 }
 
 /// Turning round at a position limit needs less room than stopping there without turning.
@@ -244,7 +246,7 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
     };
     let (mut on, mut off) = (0, 0);
     for stop_at in 300..520u64 {
-        let mut edp = Interpolator::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
+        let mut edp = Path::<1, 4>::new([axis], [Angle::ZERO]).unwrap();
         let mut observer = Observer::new(&[axis]);
         edp.start(0).unwrap();
         edp.push(turn(-0.98 * axis.plan.a), 0).unwrap();
@@ -265,17 +267,84 @@ fn a_quick_stop_that_would_leave_the_position_limits_stays_on_the_path() {
 }
 
 #[test]
-fn a_pace_serves_every_envelope_that_differs_in_position_only() {
-    let pace = FeedPace::new(&[envelope(5.0, HARD)]);
-    let new = Interpolator::<1, 4>::new([envelope(7.0, HARD)], [Angle::ZERO]).unwrap();
-    let paced =
-        Interpolator::<1, 4>::with_pace([envelope(7.0, HARD)], [Angle::ZERO], pace).unwrap();
-    assert_eq!(
-        new.hold_duration_s().to_bits(),
-        paced.hold_duration_s().to_bits()
-    );
-    assert_eq!(format!("{new:?}"), format!("{paced:?}"));
+fn braking_is_the_same_for_every_envelope_that_differs_in_position_only() {
+    let braking = Braking::new(&[envelope(5.0, HARD)]);
+    assert_eq!(Braking::new(&[envelope(7.0, HARD)]), braking);
     // and of no other
     let faster = AxisLimits { j: 300.0, ..HARD };
-    assert_ne!(FeedPace::new(&[envelope(5.0, faster)]), pace);
+    assert_ne!(Braking::new(&[envelope(5.0, faster)]), braking);
+}
+
+#[test]
+fn a_piece_is_refused_by_a_path_that_has_got_another_end_meanwhile() {
+    let stale = |change: fn(&mut Path<1, 4>)| {
+        let mut edp = one();
+        edp.push(knot(1_000_000, 0.5, 0.0), 0).unwrap();
+        let made = edp.limits.piece(&edp.tip(), &knot(2_000_000, 0.7, 0.0));
+        let piece = made.unwrap().piece;
+        let mut other = edp.clone();
+        change(&mut other);
+        (
+            edp.deref_mut().push(&piece, 0),
+            other.push_whenever(&piece, 0),
+        )
+    };
+    let refused = |change| {
+        let (same, other) = stale(change);
+        assert_eq!(same, Ok(()));
+        other.unwrap_err()
+    };
+    // another knot
+    let more = |edp: &mut Path<1, 4>| {
+        edp.push(knot(1_500_000, 0.5, 0.0), 0).unwrap();
+    };
+    assert_eq!(refused(more), PushError::Stale);
+    // held anew, where it stood
+    let anew = |edp: &mut Path<1, 4>| {
+        let ranges = edp.limits.ranges();
+        edp.hold_anew(&ranges, [Angle::ZERO]);
+        edp.start(0).unwrap();
+    };
+    assert_eq!(refused(anew), PushError::Stale);
+    // flushed, and begun again
+    let flushed = |edp: &mut Path<1, 4>| {
+        edp.flush().unwrap();
+        edp.start(1_000_000).unwrap();
+    };
+    assert_eq!(refused(flushed), PushError::Stale);
+    let stopped = |edp: &mut Path<1, 4>| {
+        edp.quick_stop();
+    };
+    let cause = StopCause::QuickStop;
+    assert_eq!(refused(stopped), PushError::Stopped { cause });
+    // where the path ends in time counts for a knot that has one
+    let mut edp = one();
+    let made = edp
+        .limits
+        .piece(&edp.tip().starting_at(5), &knot(1_000_000, 0.5, 0.0));
+    let piece = made.unwrap().piece;
+    assert_eq!(
+        edp.clone().deref_mut().push(&piece, 0),
+        Err(PushError::Stale)
+    );
+    edp.push_whenever(&piece, 0).unwrap();
+    assert_eq!(edp.tip().at_us(), 999_995);
+}
+
+#[test]
+fn the_next_piece_can_be_made_before_the_first_is_in_the_queue() {
+    let mut edp = one();
+    let mut ahead = one();
+    let first = ahead.limits.piece(&ahead.tip(), &knot(1_000_000, 0.5, 0.3));
+    let first = first.unwrap().piece;
+    let second = knot(2_000_000, 0.7, 0.0);
+    let second = ahead.limits.piece(&first.tip(), &second).unwrap().piece;
+    ahead.deref_mut().push(&first, 0).unwrap();
+    ahead.deref_mut().push(&second, 0).unwrap();
+    edp.push(knot(1_000_000, 0.5, 0.3), 0).unwrap();
+    edp.push(knot(2_000_000, 0.7, 0.0), 0).unwrap();
+    for i in 0..1100 {
+        assert_eq!(edp.step(i * STEP_US), ahead.step(i * STEP_US));
+    }
+    assert_eq!(edp.step(2_300_000).status, Status::Idle);
 }

@@ -1,8 +1,9 @@
 //! Fixed point against the same polynomials in f64: evaluated here once more, by another scheme.
 use crate::observer::envelope;
+use crate::path::Path;
 use motion::interpolator::{EVALUATION_QUANTA, PushError};
 use motion::profile::AxisLimits;
-use motion::{Angle, Interpolator, Knot};
+use motion::{Angle, Knot};
 use proptest::prelude::*;
 
 /// So wide that no polynomial of these tests is refused.
@@ -80,7 +81,7 @@ proptest! {
         let start = [from.0, 100.0 * from.1 / t, 100.0 * from.2 / (t * t)];
         let end = [from.0 + to.0, 100.0 * to.1 / t, 100.0 * to.2 / (t * t)];
         let wide = AxisLimits { v: WIDE.v * (1.0 + 1.0 / t), a: WIDE.a * (1.0 + 1.0 / (t * t)), j: WIDE.j * (1.0 + 1.0 / (t * t * t)) };
-        let mut edp = Interpolator::<1, 4>::new([envelope(1e6, wide)], [Angle::bound(from.0)]).unwrap();
+        let mut edp = Path::<1, 4>::new([envelope(1e6, wide)], [Angle::bound(from.0)]).unwrap();
         edp.start(0).unwrap();
         edp.push(knot(duration_us, start), 0).unwrap();
         edp.push(knot(2 * duration_us, end), 0).unwrap();
@@ -110,7 +111,7 @@ proptest! {
         let state = |(p, v, a): (f64, f64, f64)| [p, v / t, a / (t * t)];
         let (begin, middle) = (state(before), state(at));
         let wide = AxisLimits { v: WIDE.v, a: WIDE.a, j: WIDE.j };
-        let mut edp = Interpolator::<1, 4>::new([envelope(1e3, wide)], [Angle::bound(begin[0])]).unwrap();
+        let mut edp = Path::<1, 4>::new([envelope(1e3, wide)], [Angle::bound(begin[0])]).unwrap();
         edp.start(0).unwrap();
         edp.push(knot(duration_us, begin), 0).unwrap();
         edp.push(knot(2 * duration_us, middle), 0).unwrap();
@@ -142,7 +143,7 @@ proptest! {
     #[test]
     fn path_time_rises_while_the_rate_changes(rates in prop::collection::vec((0.0..=1.0f64, 1..200u32), 1..20)) {
         let hard = AxisLimits { v: 4.0, a: 20.0, j: 800.0 };
-        let mut edp = Interpolator::<1, 4>::new([envelope(1e4, hard)], [Angle::ZERO]).unwrap();
+        let mut edp = Path::<1, 4>::new([envelope(1e4, hard)], [Angle::ZERO]).unwrap();
         edp.start(0).unwrap();
         edp.push(knot(100_000_000, [100.0, 0.0, 0.0]), 0).unwrap();
         let (mut now, mut last) = (0, edp.step(0).setpoint.position[0]);
@@ -162,8 +163,7 @@ proptest! {
 #[test]
 fn what_fixed_point_does_not_reach_is_refused() {
     let edp = |hold: f64| {
-        let mut edp =
-            Interpolator::<1, 4>::new([envelope(8e6, WIDE)], [Angle::bound(hold)]).unwrap();
+        let mut edp = Path::<1, 4>::new([envelope(8e6, WIDE)], [Angle::bound(hold)]).unwrap();
         edp.start(0).unwrap();
         edp
     };
