@@ -27,7 +27,8 @@ pub const PATH_INBOX: usize = 16;
 /// Elements made pieces of in one macrostep: 200 points a second at 20 ms.
 pub const PATH_ELEMENTS_PER_MACROSTEP: usize = 4;
 
-/// The same on a microcontroller, where an element with a rounded corner takes two million instructions.
+/// The same on a microcontroller, where an element with a rounded corner takes up to 600 000 instructions of the 1.36 million
+/// that a macrostep has for it.
 pub const PATH_ELEMENTS_PER_MACROSTEP_SMALL: usize = 1;
 
 /// Samples of a path that the choice of speed looks at: a quarter behind, the rest ahead. At the
@@ -38,16 +39,16 @@ pub const PATH_ELEMENTS_PER_MACROSTEP_SMALL: usize = 1;
 /// the feed, of which there is one a piece.
 pub const PATH_SAMPLES: usize = 96;
 
-/// The same on a microcontroller with 64 KiB for everything, where a sample and its piece take 0.9 kB. It brakes within
+/// The same on a microcontroller with 64 KiB for everything, where a sample and its piece take 0.7 kB. It brakes within
 /// 33 mm, from 0.25 m/s at 1 m/s². A step must not pass more than a quarter of the window, 12 mm, in a macrostep and
 /// the time of smoothing, 80 ms here: so a path is followed with at most 0.15 m/s, where [`PATH_SAMPLES`] allow 0.45.
 pub const PATH_SAMPLES_SMALL: usize = 32;
 
-/// Samples taken of a path in one macrostep, each five solutions of the inverse kinematics: at 1.5 mm and 20 ms
-/// enough for 0.6 m/s.
+/// Samples taken of a path in one macrostep, each an inverse kinematics with its derivatives: at 1.5 mm and 20 ms enough
+/// for 0.6 m/s.
 pub const PATH_SAMPLES_PER_MACROSTEP: usize = 8;
 
-/// The same on a microcontroller, where a sample takes 650 000 instructions: enough for 0.075 m/s.
+/// The same on a microcontroller, where a sample takes up to 160 000 instructions: enough for 0.15 m/s.
 pub const PATH_SAMPLES_PER_MACROSTEP_SMALL: usize = 2;
 
 /// How many elements and how many samples a macrostep takes of a path, where the choice of speed looks at so many

@@ -96,8 +96,8 @@ mod test {
 
     #[test]
     fn what_has_no_cube_root_of_its_own_is_left_alone() {
-        assert_eq!(cube_root(0.0), 0.0);
-        assert_eq!(cube_root(f64::INFINITY), f64::INFINITY);
+        assert_eq!(cube_root(0.0).to_bits(), 0);
+        assert!(cube_root(f64::INFINITY).is_infinite());
         assert!(cube_root(f64::NAN).is_nan());
     }
 }

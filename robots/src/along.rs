@@ -43,7 +43,7 @@ impl<const N: usize> JointsAlong<N> {
 impl PoseAlong {
     /// The flange, where the tool is at a point of a path.
     ///
-    /// With c the flange's origin as the tool sees it, p = p_tool + R·c, and a vector v that turns with ω has
+    /// With c the flange's origin as the tool sees it, `p = p_tool + R·c`, and a vector v that turns with ω has
     /// v' = ω×v, v'' = ω'×v + ω×v', v''' = ω''×v + 2·ω'×v' + ω×v''.
     #[must_use]
     pub fn of_flange(tool: &PathPoint, t_tool_flange: &Pose) -> Self {

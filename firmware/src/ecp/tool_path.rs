@@ -25,6 +25,17 @@ use robots::{JointMotion, Joints, Robot};
 /// falls to half of that an eighth of its length away.
 const SHORT: f64 = 4.0;
 
+/// Whether a curve through points is being made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Curving {
+    /// None is.
+    Not,
+    /// It has no span yet.
+    Begun,
+    /// The last piece is a span of it.
+    Inside,
+}
+
 /// A path on its way: what the tool has before it, and where it is. With room for W pieces and for W samples
 /// of them, and as many changes of the feed.
 ///
@@ -34,9 +45,7 @@ pub struct ToolPath<const N: usize, const W: usize> {
     path: Path<W>,
     /// The curve through points that is being made, if one is.
     curve: MovingSegment,
-    curving: bool,
-    /// The last piece is a span of it.
-    inside: bool,
+    curving: Curving,
     /// Where the last element ends.
     last: Pose,
     /// No more elements will come.
@@ -80,8 +89,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         Self {
             path: Path::new().without_blends_below(SHORTEST_BLEND_M),
             curve: MovingSegment::new(),
-            curving: false,
-            inside: false,
+            curving: Curving::Not,
             last: Pose::identity(),
             ended: true,
             feed: Feed::nothing(),
@@ -135,8 +143,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
             .map_err(|_| Refusal::NotFinite { index: 0 })?;
         self.path.clear();
         self.curve.clear();
-        self.curving = false;
-        self.inside = false;
+        self.curving = Curving::Not;
         self.last = last;
         self.ended = false;
         self.feeds.begin(motion.speeds.velocity_m_s);
@@ -190,9 +197,8 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
         match element {
             PathElement::Through(to) => {
                 let to = pose(to).map_err(|_| PathProblem::NotFinite)?;
-                if !self.curving {
-                    self.curving = true;
-                    self.inside = false;
+                if self.curving == Curving::Not {
+                    self.curving = Curving::Begun;
                     self.curve.push(self.last).map_err(point_problem)?;
                 }
                 let span = self.curve.push(to).map_err(point_problem)?;
@@ -200,7 +206,7 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
                 self.last = to;
                 if let Some(span) = span {
                     self.feeds.waiting_m -= span.length();
-                    self.span(span)?;
+                    self.span(&span)?;
                 }
                 Ok(())
             }
@@ -257,27 +263,27 @@ impl<const N: usize, const W: usize> ToolPath<N, W> {
     }
 
     fn end_curve(&mut self) -> Result<(), PathProblem> {
-        if !self.curving {
+        if self.curving == Curving::Not {
             return Ok(());
         }
-        self.curving = false;
         self.feeds.waiting_m = 0.0;
         for _ in 0..W {
             let Some(span) = self.curve.finish() else {
                 break;
             };
-            self.span(span)?;
+            self.span(&span)?;
         }
+        self.curving = Curving::Not;
         Ok(())
     }
 
     /// A span of a curve goes on with the one before it; the first of them with what there was.
-    fn span(&mut self, span: Quintic) -> Result<(), PathProblem> {
-        if self.inside {
+    fn span(&mut self, span: &Quintic) -> Result<(), PathProblem> {
+        if self.curving == Curving::Inside {
             return self.path.push_span(span).map_err(queue_problem);
         }
-        self.inside = true;
-        let _: Join = self.path.push(span).map_err(queue_problem)?;
+        self.curving = Curving::Inside;
+        let _: Join = self.path.push(*span).map_err(queue_problem)?;
         Ok(())
     }
 

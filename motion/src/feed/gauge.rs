@@ -37,7 +37,7 @@ impl Span {
         high: f32::NEG_INFINITY,
     };
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(self) -> bool {
         self.low > self.high
     }
 

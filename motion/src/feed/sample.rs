@@ -181,7 +181,7 @@ struct Part {
 }
 
 /// 2·u/(3·√3) with u0·√x0: the largest |u|·√x on the line u/u0 + x/x0 = 1, at x = x0/3, is 2/(3√3)·u0·√x0.
-const LINE_OVER_PRODUCT: f32 = 2.598_076_211_353_316;
+const LINE_OVER_PRODUCT: f32 = narrow(2.598_076_211_353_316);
 /// Where that line meets u = 0, in units of the largest x: at `most_x` a third of u0 is left.
 const MIXED_HEADROOM: f32 = 1.5;
 /// Largest part of a limit of acceleration spent on errors between samples, for u and for x.

@@ -260,10 +260,7 @@ impl<'a, A: Curve, B: Curve> Corner<'a, A, B> {
         let radians = 2.0 * libm::sin(0.5 * smaller(tolerance.radians, PI));
         let off = smaller(ROUNDING, BETWEEN_TURNS * radians);
         let between = |from: Matrix3<f64>| halves(&log(&(from * curve.turns_from().transpose())));
-        let sides = [
-            between(self.first.turns_from()),
-            between(self.second.turns_from()),
-        ];
+        let sides = [self.first.turns_from(), self.second.turns_from()].map(between);
         for i in 1..INTERVALS {
             let u = f64::from(i) / f64::from(INTERVALS);
             let (s, at) = (u * curve.length(), (2.0 * u - 1.0) * from_corner);

@@ -179,14 +179,14 @@ impl<const N: usize> Path<N> {
     ///
     /// # Errors
     /// [`QueueError::Full`]; [`QueueError::Gap`] if there is no piece before it.
-    pub fn push_span(&mut self, span: Quintic) -> Result<(), QueueError> {
+    pub fn push_span(&mut self, span: &Quintic) -> Result<(), QueueError> {
         if self.room() == 0 {
             return Err(QueueError::Full);
         }
         if self.is_empty() {
             return Err(QueueError::Gap);
         }
-        self.place_part(&span.into(), 0.0, Join::Smooth);
+        self.place_part(&(*span).into(), 0.0, Join::Smooth);
         Ok(())
     }
 

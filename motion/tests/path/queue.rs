@@ -1,8 +1,10 @@
 //! The queue of pieces: joins, cursor, blending, discarding.
 
 use crate::moving_segment::spans;
-use crate::support::{at, jumps, straight};
-use motion::path::{Arc, BlendError, Curve, Join, Path, PathPoint, QueueError, Quintic, Tolerance};
+use crate::support::{apart, at, jumps, straight};
+use motion::path::{
+    Arc, BlendError, Curve, Join, MovingSegment, Path, PathPoint, QueueError, Quintic, Tolerance,
+};
 use motion::{Pose, Twist};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -345,4 +347,59 @@ fn a_piece_of_a_node_is_small() {
     // what a queue of 64 pieces costs a node: 28 KiB
     assert!(size_of::<Quintic>() <= 400);
     assert!(size_of::<Path<64>>() <= 64 * 448 + 64);
+}
+
+/// A wavy curve that turns, as spans.
+fn waves() -> Vec<Quintic> {
+    let mut curve = MovingSegment::new();
+    let point = |i: i32| {
+        let u = 0.3 * f64::from(i);
+        let at = Vector3::new(0.01 * u, 4e-3 * libm::sin(u), 2e-3 * libm::cos(1.3 * u));
+        let turn = Vector3::new(0.1 * libm::sin(0.7 * u), 0.05 * u, 0.1 * libm::cos(u));
+        Pose::from_rotation_vector(at, turn)
+    };
+    let mut spans: Vec<_> = (0..20)
+        .filter_map(|i| curve.push(point(i)).unwrap())
+        .collect();
+    spans.extend(std::iter::from_fn(|| curve.finish()));
+    spans
+}
+
+#[test]
+fn spans_of_a_curve_join_without_a_look_as_they_do_with_one() {
+    let (mut looked, mut trusted) = (Path::<20>::new(), Path::<20>::new());
+    for (i, span) in waves().iter().enumerate() {
+        let join = looked.push(*span).unwrap();
+        if i == 0 {
+            assert_eq!(trusted.push_span(span), Err(QueueError::Gap));
+            trusted.push(*span).unwrap();
+        } else {
+            assert_eq!(join, Join::Smooth);
+            trusted.push_span(span).unwrap();
+        }
+    }
+    assert_eq!(looked, trusted);
+    let more = waves();
+    trusted.push_span(&more[0]).unwrap();
+    assert_eq!(trusted.push_span(&more[0]), Err(QueueError::Full));
+}
+
+#[test]
+fn a_path_is_followed_with_the_derivatives_that_it_has() {
+    let mut path = Path::<20>::new();
+    for span in waves() {
+        path.push(span).unwrap();
+    }
+    for i in 0..=1000 {
+        let s = path.end() * f64::from(i) / 1000.0;
+        let (exact, short) = (path.at(s).unwrap(), path.followed_at(s).unwrap());
+        let (metres, radians) = apart(&exact.pose, &short.pose);
+        assert!(metres < 1e-15 && radians < 1e-14, "{metres:e} {radians:e}");
+        // over spans of 3.5 mm: some units of 6e-8 of 1, of 1/3.5 mm and of its square; ω is up to 30 times p'
+        let jump = jumps(&exact, &short);
+        assert!(jump[0] < 1e-6 && jump[1] < 3e-5, "{jump:?}");
+        assert!(jump[2] < 3e-4 && jump[3] < 1e-2, "{jump:?}");
+        let thirds = exact.third.linear - short.third.linear;
+        assert!(thirds.norm() < 0.3, "{thirds:?}");
+    }
 }

@@ -42,11 +42,6 @@ pub(crate) fn about_x(s: f64, c: f64) -> Matrix3<f64> {
     Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
 }
 
-/// Π: the flange's N, O, A at all wrist angles zero are z, x, y.
-pub(super) fn flange_axes() -> Matrix3<f64> {
-    Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-}
-
 /// Flange in the frame of the shoulder.
 pub(super) fn forward(joints: &[f64; 6]) -> Pose {
     let Angles {
@@ -55,13 +50,18 @@ pub(super) fn forward(joints: &[f64; 6]) -> Pose {
     } = Angles::of(joints);
     let r = LOWER_ARM_M * c2 + UPPER_ARM_M * c3 + WRIST_M * c4;
     let h = -(LOWER_ARM_M * s2 + UPPER_ARM_M * s3 + WRIST_M * s4);
+    // Z(t1)·Y(t4) of a vector: forward and upward in the arm's plane, and across
+    let turned = |ahead: f64, across: f64, up: f64| {
+        let (out, up) = (c4 * ahead + s4 * up, c4 * up - s4 * ahead);
+        Vector3::new(c1 * out - s1 * across, s1 * out + c1 * across, up)
+    };
+    // N, O, A are X(t5)·Y(t6) of z, x, y: by Π
+    let n = turned(s6, -s5 * c6, c5 * c6);
+    let o = turned(c6, s5 * s6, -c5 * s6);
+    let a = turned(0.0, c5, s5);
     Pose {
         position: Vector3::new(c1 * r, s1 * r, h),
-        rotation: about_z(s1, c1)
-            * about_y(s4, c4)
-            * about_x(s5, c5)
-            * about_y(s6, c6)
-            * flange_axes(),
+        rotation: Matrix3::from_columns(&[n, o, a]),
     }
 }
 

@@ -85,10 +85,9 @@ impl TrackRule {
     fn share(self, y: f64, range: Range) -> Option<f32> {
         let beyond = |end: f64| libm::fabs(y - end) - BEND_M;
         match self {
-            Self::Keep => Some(0.0),
             Self::InFront if beyond(range.lower) <= 0.0 || beyond(range.upper) <= 0.0 => None,
             Self::InFront if range.contains(y) => Some(1.0),
-            Self::InFront => Some(0.0),
+            Self::Keep | Self::InFront => Some(0.0),
         }
     }
 }
