@@ -27,6 +27,7 @@ pub use image::{Coordinator, Demand, EffectorAtMotors, EffectorImage, Sensors};
 pub use plan::{Ahead, Plan, PlannedPiece, Verdict};
 
 use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
+use crate::edp::envelopes::envelopes;
 use agenda::Agenda;
 use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::FromWire;
@@ -35,6 +36,7 @@ use generator::follow::Followed;
 use generator::line_move::Reference;
 use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use motion::Pose;
+use motion::interpolator::PathLimits;
 use motion::profile::AxisLimits;
 use nalgebra::Vector3;
 use own_frame::{one_step, one_step_in};
@@ -408,8 +410,15 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         let joints = |m: &Motors<N>| self.homed.then(|| self.robot.joints(m).ok()).flatten();
         e.joints = joints(&e.motors);
         e.demanded_joints = joints(&e.demanded_motors);
+        let factor = self.limits.motor_share.factor.value();
+        let envelopes = envelopes(self.robot.description(), factor, self.ahead.homed);
+        let Ok(path) = PathLimits::new(envelopes) else {
+            // a setup with such limits is refused
+            self.plan.verdict = Verdict::Failed(Refusal::Unreachable);
+            return;
+        };
         for _ in 0..KNOTS_PER_PLAN {
-            self.plan.verdict = self.step();
+            self.plan.verdict = self.step(&path);
             if self.plan.verdict != Verdict::Goes {
                 self.running = Running::None;
                 return;
@@ -426,7 +435,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         &self.plan
     }
 
-    fn step(&mut self) -> Verdict {
+    fn step(&mut self, path: &PathLimits<N>) -> Verdict {
         self.input.i = self.input.i.wrapping_add(1);
         let x = &self.input;
         let step = match &mut self.running {
@@ -461,15 +470,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             }
         };
         match step {
-            Step::Demand(demand) => {
-                match self
-                    .plan
-                    .add(&self.robot, &self.limits, &self.ahead, &demand)
-                {
-                    Ok(()) => Verdict::Goes,
-                    Err(refusal) => Verdict::Failed(refusal),
-                }
-            }
+            Step::Demand(demand) => match self.plan.add(&self.robot, path, &self.ahead, &demand) {
+                Ok(()) => Verdict::Goes,
+                Err(refusal) => Verdict::Failed(refusal),
+            },
             Step::Hold => Verdict::Goes,
             Step::Done => Verdict::Ended,
         }

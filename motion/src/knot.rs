@@ -125,6 +125,8 @@ impl AxisEnvelope {
     }
 
     /// Limits of the path including its stop tail: between plan and hard limits.
+    // one function: many ask for it, and it is all f64
+    #[inline(never)]
     pub(crate) fn tail(&self) -> AxisLimits {
         let a = self.plan.a + TAIL_SHARE * (self.hard.a - self.plan.a);
         let j = self.plan.j + TAIL_SHARE * (self.hard.j - self.plan.j);
@@ -140,6 +142,8 @@ impl AxisEnvelope {
         8.0 * self.plan.a / self.tail().j
     }
 
+    // one function, as above
+    #[inline(never)]
     pub(crate) fn validate(&self, axis: usize) -> Result<(), EnvelopeError> {
         let valid = self.hard.validate().is_ok()
             && self.plan.validate().is_ok()

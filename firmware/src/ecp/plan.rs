@@ -3,9 +3,8 @@
 //! The pieces are made and checked here, in f64, against the queue as it was at the [order](Ahead): the servo step that
 //! takes them compares but where they begin.
 
-use super::{Demand, Limits, refusal};
+use super::{Demand, refusal};
 use crate::capacity::KNOTS_PER_PLAN;
-use crate::edp::envelopes::envelopes;
 use crate::edp::servo::narrow;
 use motion::Knot;
 use motion::interpolator::{Made, PathLimits, Piece, Tip};
@@ -172,7 +171,7 @@ impl<const N: usize> Plan<N> {
     pub(super) fn add<R: Robot<N>>(
         &mut self,
         robot: &R,
-        limits: &Limits<N>,
+        path: &PathLimits<N>,
         ahead: &Ahead<N>,
         demand: &Demand<N>,
     ) -> Result<(), Refusal> {
@@ -182,7 +181,7 @@ impl<const N: usize> Plan<N> {
                 motion: *motion,
                 has_acceleration,
             };
-            self.push(robot, limits, ahead, &knot)
+            self.push(path, ahead, &knot)
         };
         match demand {
             Demand::Stay => Ok(()),
@@ -209,10 +208,9 @@ impl<const N: usize> Plan<N> {
 
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
-    fn push<R: Robot<N>>(
+    fn push(
         &mut self,
-        robot: &R,
-        limits: &Limits<N>,
+        path: &PathLimits<N>,
         ahead: &Ahead<N>,
         knot: &MotorKnot<N>,
     ) -> Result<(), Refusal> {
@@ -231,10 +229,6 @@ impl<const N: usize> Plan<N> {
             velocity: motion.velocity,
             acceleration: has_acceleration.then_some(motion.acceleration),
         };
-        let factor = limits.motor_share.factor.value();
-        // good for homed axes, so for others: the setup was refused else
-        let path = PathLimits::new(envelopes(robot.description(), factor, ahead.homed))
-            .map_err(|_| Refusal::Unreachable)?;
         let Made {
             piece,
             acceleration_step,

@@ -54,6 +54,8 @@ pub(super) fn ranges<const N: usize>(description: &RobotDescription<N>) -> [Rang
 }
 
 /// What a path may ask of the motors.
+// one function: the setup asks for it, and each plan
+#[inline(never)]
 pub(crate) fn envelopes<const N: usize>(
     description: &RobotDescription<N>,
     factor: f64,

@@ -101,6 +101,8 @@ pub struct PathLimits<const N: usize> {
 impl<const N: usize> PathLimits<N> {
     /// # Errors
     /// [`EnvelopeError`]: senseless limits, or plan limits that leave no room to stop.
+    // one function: the node's setup asks for it, and each of its plans
+    #[inline(never)]
     pub fn new(axes: [AxisEnvelope; N]) -> Result<Self, EnvelopeError> {
         for (axis, envelope) in (0..N).zip(&axes) {
             envelope.validate(axis)?;

@@ -49,10 +49,12 @@ pub(crate) struct AxisStop {
     bits: u32,
     /// When the second phase begins, the third, and rest.
     u: [u32; 3],
-    first: Phase,
-    second: Phase,
-    /// Backwards from rest.
-    third: Phase,
+    /// Velocity, acceleration and a sixth of the jerk where the first phase begins.
+    first: [i64; 3],
+    /// Way, velocity and acceleration where the second begins.
+    second: [i64; 3],
+    /// Way and a sixth of the jerk at rest, from which the third goes backwards.
+    third: [i64; 2],
 }
 
 /// Way (quanta), velocity and acceleration (units per s and per s²).
@@ -60,20 +62,12 @@ pub(crate) type StopState = (i64, f32, f32);
 
 impl AxisStop {
     /// At rest already.
-    pub(crate) const NONE: Self = {
-        let rest = Phase {
-            way: 0,
-            v: 0,
-            a: 0,
-            sixth: 0,
-        };
-        Self {
-            bits: 0,
-            u: [0; 3],
-            first: rest,
-            second: rest,
-            third: rest,
-        }
+    pub(crate) const NONE: Self = Self {
+        bits: 0,
+        u: [0; 3],
+        first: [0; 3],
+        second: [0; 3],
+        third: [0; 2],
     };
 
     /// The stop from a velocity and an acceleration, per s and per s², and the lowest and highest way on it, quanta; `None`
@@ -102,7 +96,7 @@ impl AxisStop {
             way: 0,
             v: v0,
             a: a0,
-            sixth: quotient(a1.wrapping_sub(a0), u1)?.wrapping_div(6),
+            sixth: quotient(a1.wrapping_sub(a0).wrapping_div(6), u1)?,
         };
         let second = Phase {
             way: first.way_after(u1),
@@ -114,7 +108,7 @@ impl AxisStop {
             way: 0,
             v: 0,
             a: 0,
-            sixth: quotient(a1, u3)?.wrapping_div(6),
+            sixth: quotient(a1.wrapping_div(6), u3)?,
         };
         third.way = second.way_after(u2).wrapping_sub(third.way_after(u3));
         let turning = turning(v, a, side * limits.j, t1);
@@ -124,9 +118,9 @@ impl AxisStop {
         let stop = Self {
             bits,
             u: [u1, second_u, total_u],
-            first,
-            second,
-            third,
+            first: [first.v, first.a, first.sixth],
+            second: [second.way, second.v, second.a],
+            third: [third.way, third.sixth],
         };
         Some((stop, reach))
     }
@@ -148,11 +142,18 @@ impl AxisStop {
             u32::try_from(now).unwrap_or(total)
         };
         let (phase, u, back) = if now < second {
-            (&self.first, now, false)
+            let [v, a, sixth] = self.first;
+            let way = 0;
+            (Phase { way, v, a, sixth }, now, false)
         } else if now < third {
-            (&self.second, now.wrapping_sub(second), false)
+            let [way, v, a] = self.second;
+            let sixth = 0;
+            (Phase { way, v, a, sixth }, now.wrapping_sub(second), false)
         } else {
-            (&self.third, total.saturating_sub(now), true)
+            let [way, sixth] = self.third;
+            let (v, a) = (0, 0);
+            let u = total.saturating_sub(now);
+            (Phase { way, v, a, sixth }, u, true)
         };
         let half = times_fraction(phase.sixth, u).wrapping_mul(3);
         let jerked = times_fraction(half, u);
@@ -265,4 +266,90 @@ fn quotient(n: i64, d: u32) -> Option<i64> {
     let near = integer(float(n) * per)?;
     let left = n.wrapping_sub(times_fraction(near, d));
     Some(near.wrapping_add(integer(float(left) * per)?))
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::ramp::Ramp;
+    use proptest::prelude::*;
+
+    const PER_UNIT: f64 = 1_099_511_627_776.0;
+
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "some 10^14 quanta, far below 2^53"
+    )]
+    fn exact(quanta: i64) -> f64 {
+        quanta as f64 / PER_UNIT
+    }
+
+    proptest! {
+        /// From any state within the limits: the stop in f64, whose durations f32 finds to 3e-7 of the longest time there is.
+        #[test]
+        fn it_is_the_fastest_stop_and_ends_at_rest(
+            seconds in -1.0..1.0f32, share in -1.0..1.0f32, a in 1.0..1000.0f32, bend in 2.0..500.0f32,
+        ) {
+            let limits = StopLimits { a, j: a * bend };
+            let (v, start) = (seconds * a, share * a);
+            let ((stop, (low, high)), ramp) = (
+                AxisStop::new(v, start, limits).unwrap(),
+                Ramp::new(f64::from(v), f64::from(start), 0.0, f64::from(a), f64::from(limits.j)),
+            );
+            let [v, a, j] = [v, a, limits.j].map(|x| f64::from(libm::fabsf(x)));
+            let t = ramp.duration();
+            // two microseconds of the shortest phases, one of rounding up, and a few roundings of 24 bits
+            let late = 1e-6 * crate::scalar::float_us(stop.duration_us()) - t;
+            prop_assert!(late > -2e-6 * t && late < 4e-6 + 2e-6 * t, "{late}");
+            let speed = v + a * a / j;
+            for i in 0..=200u32 {
+                let us = stop.duration_us() * u64::from(i) / 200;
+                let (way, x, dx) = stop.at(us);
+                let wanted = ramp.at(1e-6 * crate::scalar::float_us(us));
+                // what a shift in time by as much makes
+                let shift = 4e-6 + 2e-6 * t;
+                prop_assert!((exact(way) - wanted.integral).abs() < 2.0 * shift * speed, "{way} {wanted:?}");
+                prop_assert!((f64::from(x) - wanted.x).abs() < 2.0 * shift * a + 1e-6 * speed, "{x} {wanted:?}");
+                prop_assert!((f64::from(dx) - wanted.dx).abs() < 2.0 * shift * j + 2e-6 * a, "{dx} {wanted:?}");
+                prop_assert!(way >= low - 8 && way <= high + 8, "{low} {way} {high}");
+            }
+            let (end, x, dx) = stop.at(stop.duration_us());
+            prop_assert!(x.to_bits() == 0 && dx.to_bits() == 0);
+            prop_assert_eq!(stop.at(stop.duration_us() + 1_000_000).0, end);
+        }
+
+        /// What the gate sees: differences over servo steps of 2 ms keep the hard limits, of which the stop leaves out 16e-6.
+        #[test]
+        fn its_differences_keep_the_hard_limits(
+            seconds in -1.0..1.0f32, share in -1.0..1.0f32, a in 50.0..1000.0f32, bend in 10.0..500.0f32,
+        ) {
+            let (v, hard) = (seconds * a, [a, a * bend].map(f64::from));
+            #[expect(clippy::cast_possible_truncation, reason = "24 bits")]
+            let [kept, jerk] = hard.map(|x| (x * MARGIN) as f32);
+            let (stop, _) = AxisStop::new(v, share * kept, StopLimits { a: kept, j: jerk }).unwrap();
+            let h = 2e-3;
+            let way = |k: u64| exact(stop.at(2000 * k).0);
+            // each position is five quanta off at most
+            let quantum = 5.0 / PER_UNIT;
+            for k in 0..stop.duration_us() / 2000 + 3 {
+                let w = [way(k), way(k + 1), way(k + 2), way(k + 3)];
+                let second = w[2] - 2.0 * w[1] + w[0];
+                let third = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
+                prop_assert!(second.abs() <= hard[0] * h * h + 4.0 * quantum, "{}", second / h / h);
+                prop_assert!(third.abs() <= hard[1] * h * h * h + 8.0 * quantum, "{}", third / h / h / h);
+            }
+        }
+    }
+
+    #[test]
+    fn what_integers_do_not_reach_is_no_stop() {
+        let limits = StopLimits { a: 1.0, j: 10.0 };
+        assert!(AxisStop::new(1.0, 0.0, limits).is_some());
+        assert!(AxisStop::new(0.0, 0.0, limits).is_some());
+        for v in [1e6, f32::INFINITY, f32::NAN] {
+            assert!(AxisStop::new(v, 0.0, limits).is_none(), "{v}");
+        }
+        let none = StopLimits { a: 0.0, j: 0.0 };
+        assert!(AxisStop::new(1.0, 0.0, none).is_none());
+    }
 }

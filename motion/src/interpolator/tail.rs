@@ -242,3 +242,54 @@ fn whole_us(s: f64) -> u64 {
 fn sixteenths(way: f64) -> i64 {
     libm::round(way * SIXTEENTHS) as i64
 }
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LIMITS: AxisLimits = AxisLimits {
+        v: 250.0,
+        a: 900.0,
+        j: 60_000.0,
+    };
+
+    proptest! {
+        /// The polynomials of the description in f64, wherever on the tail and behind it.
+        #[test]
+        fn it_is_the_tail_in_f64_within_three_quanta(
+            p in -4000.0..4000.0f64, v in -0.9..0.9f64, a in -1.0..1.0f64, at in prop::collection::vec((0.0..1.2f64, any::<u32>()), 16),
+        ) {
+            let axis = AxisEnvelope::new(-1e5, 1e5, LIMITS);
+            let (v, a) = (v * axis.plan.v, a * axis.plan.a);
+            let end = End { at_us: 7, position: [p], velocity: [v], acceleration: [a] };
+            let (tail, [(low, high)]) = Tail::new(&end, &[TailLimits::new(&axis)]).unwrap();
+            let fade = fade_span(&axis);
+            let (t, f) = (1e-6 * float_us(tail.span.us()), 1e-6 * float_us(fade.us()));
+            // T is the shortest that the limits of the tail allow, in whole microseconds
+            let most = axis.tail();
+            let needed = |t: f64| larger(1.5 * v.abs() / t + a.abs() - most.a, (6.0 * v.abs() / (t * t) + 4.0 * a.abs() / f - most.j) / 1e3);
+            prop_assert!(v == 0.0 || (needed(t) <= 1e-6 && needed(t - 1.01e-6) > -1e-6), "{}", needed(t));
+            for (share, fraction) in at {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a test")]
+                let us = (share * float_us(tail.duration_us())) as u64;
+                let s = 1e-6 * (float_us(us) + f64::from(fraction) / 4_294_967_296.0);
+                let (u, x) = (smaller(s / t, 1.0), smaller(s / f, 1.0));
+                let position = p + v * t * (u - u * u * u + 0.5 * u * u * u * u) + a * f * f * x * x * (0.5 - 2.0 / 3.0 * x + 0.25 * x * x);
+                let velocity = v * (1.0 - 3.0 * u * u + 2.0 * u * u * u) + a * f * x * (1.0 - x) * (1.0 - x);
+                let acceleration = v * 6.0 * u * (u - 1.0) / t + a * (1.0 - x) * (1.0 - 3.0 * x);
+                let found = tail.at(&end, &[fade], (us, fraction)).next();
+                let (angle, dv, da) = found.unwrap();
+                let off = (angle.to_f64() - position) * 1_099_511_627_776.0;
+                // and f64 in this test: ten roundings of up to 4000 and 60
+                prop_assert!(off.abs() < 3.0 + 1e-15 * 5000.0 * 1_099_511_627_776.0, "{off} quanta");
+                prop_assert!((f64::from(dv) - velocity).abs() < 1e-6 * (v.abs() + a.abs() * f), "{dv} {velocity}");
+                prop_assert!((f64::from(da) - acceleration).abs() < 2e-6 * (6.0 * v.abs() / t + 2.0 * a.abs()), "{da} {acceleration}");
+                prop_assert!(position >= low - 1e-9 && position <= high + 1e-9);
+            }
+            let rest = tail.at(&end, &[fade], (tail.duration_us(), 0)).next();
+            let [stands] = tail.rest_position(&end);
+            prop_assert_eq!(rest, Some((stands, 0.0, 0.0)));
+        }
+    }
+}
