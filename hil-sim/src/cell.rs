@@ -6,6 +6,7 @@
 
 use crate::drive::SimDrive;
 use crate::drive::quirk::Quirks;
+use crate::fault::{Breakable, Broken, FaultSpec, Misplaced, Schedule};
 use crate::plant::parameters::{RobotSetup, robot};
 use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
 use bus::wire::{BusFault, Kind, PostError, Statistics, Tap, Wire};
@@ -104,6 +105,7 @@ pub struct Cell {
     mp_rx: Vec<(Micros, Frame)>,
     refused: Vec<PostError>,
     quirks: Quirks,
+    faults: Schedule,
 }
 
 impl Cell {
@@ -118,6 +120,7 @@ impl Cell {
             mp_rx: Vec::new(),
             refused: Vec::new(),
             quirks: Quirks::default(),
+            faults: Schedule::default(),
         }
     }
 
@@ -254,6 +257,43 @@ impl Cell {
             .is_some()
     }
 
+    /// These break when they are due, and no others any more. Robots are called by these names, in the order in which
+    /// they were added.
+    ///
+    /// # Errors
+    /// [`Misplaced`]; nothing is changed then.
+    pub fn plan_faults(&mut self, specs: &[FaultSpec], names: &[&str]) -> Result<(), Misplaced> {
+        let robots = self.places.iter().zip(names);
+        let robots: Vec<Breakable<'_>> = robots
+            .map(|(place, name)| Breakable {
+                name,
+                axes: place.taps.len(),
+                buses: u8::try_from(place.wires.len()).unwrap_or(u8::MAX),
+            })
+            .collect();
+        self.faults = Schedule::new(specs, &robots)?;
+        Ok(())
+    }
+
+    /// Breaks what is due now.
+    fn break_due(&mut self) {
+        while let Some((station, broken)) = self.faults.take(self.now_ns) {
+            let Some(place) = self.places.get_mut(station) else {
+                continue;
+            };
+            match broken {
+                Broken::Axis(axis, fault) => {
+                    let _ = place.robot.inject(axis, fault);
+                }
+                Broken::Bus(bus, fault) => {
+                    if let Some(wire) = place.wires.get_mut(usize::from(bus)) {
+                        wire.set_bus_fault(fault);
+                    }
+                }
+            }
+        }
+    }
+
     /// The names of the buses, in their order: `mp`, then each robot's drive buses.
     #[must_use]
     pub fn bus_names(&self) -> &[String] {
@@ -322,6 +362,7 @@ impl Cell {
     pub fn advance(&mut self, until: Micros, observer: &mut impl Observer) {
         let until_ns = until.0 * 1000;
         while self.now_ns < until_ns {
+            self.break_due();
             let wake = self
                 .places
                 .iter()
@@ -330,6 +371,7 @@ impl Cell {
             let slice = (self.now_ns / SUBSTEP_NS + 1) * SUBSTEP_NS;
             let next = [
                 wake.filter(|at| *at > self.now_ns),
+                self.faults.next_ns(),
                 Some(slice),
                 Some(until_ns),
             ];
@@ -388,17 +430,22 @@ impl Cell {
             let rx: Vec<Received> = place.rx.drain(..).map(|(_, received)| received).collect();
             let wires = &mut place.wires;
             place.node.step(now, &rx, &mut |port, frame| {
+                let mut broken = false;
                 let posted = match port {
                     Port::Mp => mp_wire.post(k + 1, *now_ns, frame),
                     Port::Drives(bus) => {
                         // of all frames to the drives only SYNC carries nothing
                         synced |= frame.data().is_empty();
-                        wires
-                            .get_mut(usize::from(bus))
-                            .map_or(Ok(()), |wire| wire.post(NODE_TAP, *now_ns, frame))
+                        wires.get_mut(usize::from(bus)).map_or(Ok(()), |wire| {
+                            broken = wire.bus_fault().is_some();
+                            wire.post(NODE_TAP, *now_ns, frame)
+                        })
                     }
                 };
-                if let Err(error) = posted {
+                // what cannot go while a bus is broken waits until there is no room, and that is no fault of the cell's
+                if let Err(error) = posted
+                    && !broken
+                {
                     refused.push(error);
                 }
             });

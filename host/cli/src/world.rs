@@ -8,6 +8,7 @@ use bus::wire::{Kind, Statistics};
 use bus::{Bus, BusError, Hears, open_can};
 use firmware::Station;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer};
+use hil_sim::fault::FaultSpec;
 use host::error::Error;
 use host::task::{self, BusKind, Cell};
 use process::Lateness;
@@ -97,6 +98,21 @@ impl Virtual {
             mtu,
             names: buses.iter().map(|bus| bus.name.clone()).collect(),
             pace: realtime.then(Instant::now),
+        })
+    }
+
+    /// These break when they are due.
+    pub(crate) fn plan_faults(&mut self, cell: &Cell, specs: &[FaultSpec]) -> Result<(), Error> {
+        let names: Vec<&str> = cell
+            .robots
+            .iter()
+            .map(|robot| robot.name.as_str())
+            .collect();
+        let planned = self.cell.plan_faults(specs, &names);
+        planned.map_err(|misplaced| Error::Usage {
+            what: format!("--fault {}", misplaced.spec),
+            expected: misplaced.expected,
+            got: "something else".into(),
         })
     }
 }
