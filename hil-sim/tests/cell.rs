@@ -29,6 +29,8 @@ mod encoder_faults;
 mod fast;
 #[path = "cell/quirks.rs"]
 mod quirks;
+#[path = "cell/runaway.rs"]
+mod runaway;
 #[path = "cell/scenario.rs"]
 mod scenario;
 
