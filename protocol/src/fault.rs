@@ -286,6 +286,8 @@ pub enum Refusal {
         /// Why.
         problem: PathProblem,
     },
+    /// There is no force sensor that can be read.
+    NoForce,
 }
 
 /// What can be wrong with an element of a path.

@@ -10,7 +10,7 @@ use protocol::units::UNITS_PER_INCREMENT;
 /// following error's window at rest, and twice what was found where friction holds an axis at the beginning of a motion
 /// (92 increments, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
 const STILL: i64 = 200 * UNITS_PER_INCREMENT;
-/// The same where the drive closes the loop, which is stiffer: see `hil-sim/README.md` for what was found.
+/// The same where the drive closes the loop, which is stiffer.
 const STILL_IN_DRIVE: i64 = 100 * UNITS_PER_INCREMENT;
 
 /// How far the encoder may go against the demand, drive units: twice what an axis that lags 10 ms behind goes on when

@@ -25,6 +25,8 @@ pub struct Place {
     pub motors: PerAxis<f64>,
     /// Is it homed?
     pub homed: bool,
+    /// It is where a motion until a force would have ended without one: nobody knows how far that went.
+    pub guessed: bool,
 }
 
 impl Place {
@@ -34,6 +36,7 @@ impl Place {
         Self {
             motors: arm.axes().iter().map(|_| 0.0).collect(),
             homed: false,
+            guessed: false,
         }
     }
 
@@ -407,10 +410,16 @@ impl Walk<'_> {
         };
         let segment = walk::walk(config, place, &instruction)
             .map_err(|why| error(source, &config.name, why))?;
+        place.guessed |= matches!(instruction, Instruction::MoveUntilForce { .. });
         Ok(Motion {
             robot,
             instruction,
-            segment,
+            // what begins nobody knows where is not to be compared with anything
+            segment: if place.guessed {
+                Segment::None
+            } else {
+                segment
+            },
         })
     }
 

@@ -248,6 +248,7 @@ fn one_move(cell: &Cell, value: &Value<'_, '_>) -> Result<Move, DataError> {
             "path",
             "speed",
             "acceleration",
+            "until_force_n",
         ],
     )?;
     let robot = robot(cell, &fields.required("robot")?)?;
@@ -301,7 +302,37 @@ fn one_move(cell: &Cell, value: &Value<'_, '_>) -> Result<Move, DataError> {
         Some(value) => value.number("greater than 0, at most 1", |v| v > 0.0 && v <= 1.0),
         None => Ok(default),
     };
+    let until_force_n = match fields.optional("until_force_n") {
+        None => None,
+        Some(value) => {
+            let on_a_line = matches!(
+                target,
+                Target::Pose {
+                    path: PosePath::Line,
+                    ..
+                }
+            );
+            let sensor = cell
+                .robots
+                .get(robot)
+                .is_some_and(|r| r.force_bus.is_some());
+            if !on_a_line || !sensor {
+                return Err(value.error(
+                    Problem::Conflict,
+                    "a motion until a force",
+                    "a `pose` on a \"line\", and `force_bus` of its robot",
+                    if on_a_line {
+                        "a robot without a force sensor"
+                    } else {
+                        "another way"
+                    },
+                ));
+            }
+            Some(value.number("greater than 0, at most 1000 N", |n| n > 0.0 && n <= 1000.0)?)
+        }
+    };
     Ok(Move {
+        until_force_n,
         robot,
         target,
         velocity: fraction("speed", velocity)?,

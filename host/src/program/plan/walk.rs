@@ -95,6 +95,21 @@ pub(super) fn walk(
             place.motors = arm.motors(&end).map_err(goal)?;
             Ok(segment)
         }
+        Instruction::MoveUntilForce {
+            target,
+            reference,
+            speeds,
+            ..
+        } => {
+            // the whole line must be possible, however much of it is run
+            let line = Instruction::MovePose {
+                target: *target,
+                reference: *reference,
+                path: PosePath::Line,
+                speeds: *speeds,
+            };
+            walk(config, place, &line)
+        }
         Instruction::Hold { .. }
         | Instruction::Follow
         | Instruction::FollowPath { .. }
