@@ -408,7 +408,8 @@ impl Walk<'_> {
         let Some((config, place)) = pair else {
             return Err(error(source, "", Why::NotHomed));
         };
-        let segment = walk::walk(config, place, &instruction)
+        let whole = walk::whole(&instruction);
+        let segment = walk::walk(config, place, whole.as_ref().unwrap_or(&instruction))
             .map_err(|why| error(source, &config.name, why))?;
         place.guessed |= matches!(instruction, Instruction::MoveUntilForce { .. });
         Ok(Motion {

@@ -471,7 +471,6 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         Some(value) => Some(force_bus(cell, &value, kind, &drives)?),
     };
     Ok(RobotSpec {
-        force_bus,
         name,
         kind,
         servo,
@@ -481,6 +480,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         mp_bus,
         drives,
         fast_drives,
+        force_bus,
     })
 }
 

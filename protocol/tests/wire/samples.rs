@@ -278,28 +278,20 @@ pub(super) fn instructions() -> Named<Instruction> {
             Instruction::MoveUntilForce {
                 target: pose(),
                 reference: PoseReference::Tool,
-                speeds: PoseSpeeds {
-                    velocity_m_s: 0.125,
-                    angular_velocity_rad_s: 1.5,
-                    acceleration_m_s2: 0.5,
-                    angular_acceleration_rad_s2: 4.0,
-                },
+                speeds: SLOWLY,
                 newtons: 10.0,
             },
         ),
-        (
-            "follow-path",
-            Instruction::FollowPath {
-                speeds: PoseSpeeds {
-                    velocity_m_s: 0.125,
-                    angular_velocity_rad_s: 1.5,
-                    acceleration_m_s2: 0.5,
-                    angular_acceleration_rad_s2: 4.0,
-                },
-            },
-        ),
+        ("follow-path", Instruction::FollowPath { speeds: SLOWLY }),
     ]
 }
+
+const SLOWLY: PoseSpeeds = PoseSpeeds {
+    velocity_m_s: 0.125,
+    angular_velocity_rad_s: 1.5,
+    acceleration_m_s2: 0.5,
+    angular_acceleration_rad_s2: 4.0,
+};
 
 fn path_elements() -> Named<PathElement> {
     let corner = Corner {
