@@ -2,6 +2,7 @@
 
 use crate::capacity::DRIVE_BUSES;
 use protocol::canopen::node::NodeId as DriveId;
+use protocol::force_torque::SensorNumber;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use protocol::transfer::Mtu;
@@ -13,6 +14,15 @@ pub struct DriveAddress {
     pub bus: u8,
     /// CANopen node id.
     pub id: DriveId,
+}
+
+/// Where a force sensor is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ForceAddress {
+    /// Drive bus, from 0.
+    pub bus: u8,
+    /// Its number there.
+    pub number: SensorNumber,
 }
 
 /// A node's configuration.
@@ -37,6 +47,8 @@ pub struct NodeConfig<const N: usize> {
     /// Fraction of the motors' hard velocity limit that may be used, (0, 1]; MRROC++'s
     /// `velocity_limit_global_factor`.
     pub velocity_factor: f64,
+    /// The force sensor in the wrist, if there is one.
+    pub force: Option<ForceAddress>,
 }
 
 /// Why a configuration cannot be used.
@@ -130,6 +142,11 @@ impl<const N: usize> NodeConfig<N> {
         }
         if self.fast_drives {
             digest.update(b"fast");
+        }
+        if let Some(force) = self.force {
+            digest.update(b"force");
+            digest.update(&force.number.force_cob().to_le_bytes());
+            digest.update(&[force.bus]);
         }
         digest.finalize()
     }

@@ -30,11 +30,11 @@ use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
 use crate::edp::envelopes::envelopes;
 use agenda::Agenda;
 use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
-use condition::FromWire;
+use condition::{ForceAbove, FromWire};
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
 use generator::line_move::Reference;
-use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
+use generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use motion::Pose;
 use motion::interpolator::PathLimits;
 use motion::profile::AxisLimits;
@@ -115,7 +115,7 @@ enum Running<R, const N: usize, const W: usize> {
     Motors(Move<MotorMove<N>, Course<N>>),
     Joints(Move<JointMove<R, N>, Course<N>>),
     Pose(Move<PoseMove<R, N>, Course<N>>),
-    Line(MoveIn<LineMove<R, N, W>>),
+    Line(MoveIn<Guarded<LineMove<R, N, W>, ForceAbove>>),
     Follow(Move<Follow, Followed>),
     Path(MoveIn<PathMove<R, N, W>>),
     Wait {
@@ -195,7 +195,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                     demanded_joints: None,
                     following_error: [0.0; N],
                 },
-                v: Sensors { effort: [0.0; N] },
+                v: Sensors {
+                    effort: [0.0; N],
+                    force_n: None,
+                },
                 t: (),
             },
             ahead: Ahead::nothing(),
@@ -267,7 +270,16 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                 reference,
                 path,
                 speeds,
-            } => self.pose_move(target, *reference, *path, speeds)?,
+            } => self.pose_move(target, *reference, *path, speeds, f64::INFINITY)?,
+            Instruction::MoveUntilForce {
+                target,
+                reference,
+                speeds,
+                newtons,
+            } => {
+                let newtons = bounded(4, *newtons, GREATEST_FORCE_N)?;
+                self.pose_move(target, *reference, PosePath::Line, speeds, newtons)?
+            }
             Instruction::Follow => Running::Follow(Move::new(Follow)),
             Instruction::FollowPath { speeds } => {
                 Running::Path(MoveIn::new(PathMove(self.tool_motion(speeds)?)))
@@ -314,6 +326,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         reference: PoseReference,
         path: PosePath,
         speeds: &PoseSpeeds,
+        newtons: f64,
     ) -> Result<Running<R, N, W>, Refusal> {
         let reference = match reference {
             PoseReference::Base => Reference::Base,
@@ -322,10 +335,13 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         let motion = self.tool_motion(speeds)?;
         let target = pose(target)?;
         Ok(match path {
-            PosePath::Line => Running::Line(MoveIn::new(LineMove {
-                motion,
-                target,
-                reference,
+            PosePath::Line => Running::Line(MoveIn::new(Guarded {
+                motion: LineMove {
+                    motion,
+                    target,
+                    reference,
+                },
+                until: ForceAbove { newtons },
             })),
             PosePath::Joint => {
                 let (fv, fa) = (
@@ -494,6 +510,9 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         }
     }
 }
+
+/// The greatest force a motion can be guarded by, N: beyond the ranges of the sensors.
+const GREATEST_FORCE_N: f64 = 1000.0;
 
 /// Speed before homing, as a fraction of the planning ceilings.
 pub const UNSYNCHRONISED_SPEED: f64 = 0.2;

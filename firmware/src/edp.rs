@@ -503,7 +503,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             }
             | Status::Stopped {
                 cause: StopCause::Underrun,
-            } if !stopping && !matches!(self.mode, Mode::Faulted { .. }) => {
+            } if !stopping
+                && !self.coming_to_rest
+                && !matches!(self.mode, Mode::Faulted { .. }) =>
+            {
                 self.raise(now, Cause::Underrun, None);
             }
             _ => {}

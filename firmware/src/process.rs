@@ -130,6 +130,7 @@ impl Station {
             fast_drives: false,
             law: self.law,
             velocity_factor: self.velocity_factor,
+            force: None,
         };
         config.validate()?;
         Ok(config)

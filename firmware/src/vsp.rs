@@ -1,5 +1,9 @@
 //! Virtual sensors on the node: aggregation near the receptors (\[Z1\] (3), (13)).
 
+mod wrist;
+
+pub use wrist::Wrist;
+
 use crate::ecp::Sensors;
 use agent::VirtualSensor;
 
@@ -58,6 +62,7 @@ impl<const N: usize> VirtualSensor for EffortSensor<N> {
         }
         Some(Sensors {
             effort: own.0.map(f64::from),
+            force_n: None,
         })
     }
 }

@@ -6,9 +6,13 @@
 
 use crate::drive::SimDrive;
 use crate::drive::quirk::Quirks;
+use crate::fault::{Breakable, Broken, FaultSpec, Misplaced, Schedule};
+use crate::plant::force_sensor::ForceNode;
+use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
 use crate::plant::parameters::{RobotSetup, robot};
 use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
 use bus::wire::{BusFault, Kind, PostError, Statistics, Tap, Wire};
+use firmware::config::ForceAddress;
 use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
 use protocol::budget::Rates;
 use protocol::frame::Frame;
@@ -75,6 +79,39 @@ pub enum CellError {
     },
 }
 
+/// How the drives of a robot, and what else hangs on their buses, are wired.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wiring<'a> {
+    /// On which of its drive buses each axis hangs (see [`firmware::process::drive_buses`]).
+    pub buses: &'a [u8],
+    /// The buses are CAN FD, on which node and drives speak the fast profile ([`protocol::canopen::fast`],
+    /// experimental).
+    pub fast: bool,
+    /// The force sensor in the wrist, if there is one.
+    pub force: Option<ForceAddress>,
+}
+
+impl<'a> Wiring<'a> {
+    /// Classical buses for drives alone.
+    #[must_use]
+    pub const fn classic(buses: &'a [u8]) -> Self {
+        Self {
+            buses,
+            fast: false,
+            force: None,
+        }
+    }
+
+    /// Buses of CAN FD for drives alone.
+    #[must_use]
+    pub const fn fast(buses: &'a [u8]) -> Self {
+        Self {
+            fast: true,
+            ..Self::classic(buses)
+        }
+    }
+}
+
 /// A robot with its node and drive wires.
 #[derive(Debug)]
 struct Place {
@@ -104,6 +141,7 @@ pub struct Cell {
     mp_rx: Vec<(Micros, Frame)>,
     refused: Vec<PostError>,
     quirks: Quirks,
+    faults: Schedule,
 }
 
 impl Cell {
@@ -118,6 +156,7 @@ impl Cell {
             mp_rx: Vec::new(),
             refused: Vec::new(),
             quirks: Quirks::default(),
+            faults: Schedule::default(),
         }
     }
 
@@ -128,36 +167,20 @@ impl Cell {
         self
     }
 
-    /// Add a robot with the node that every one of its kind has; `buses` says on which of its drive
-    /// buses each axis hangs (see [`firmware::process::drive_buses`]).
+    /// Add a robot with the node that every one of its kind has.
     ///
     /// # Errors
-    /// [`CellError`]
+    /// [`CellError`], also for a robot whose drives need a torque offset and are to speak the fast profile.
     pub fn add(
         &mut self,
         kind: RobotKind,
         station: &Station,
-        buses: &[u8],
+        wiring: &Wiring<'_>,
         seed: u64,
     ) -> Result<(), CellError> {
-        let (node, drives) = node(kind, station, buses, self.now(), false)?;
-        self.add_node(kind, node, &drives, seed)
-    }
-
-    /// The same with drive buses of CAN FD, on which node and drives speak the fast profile
-    /// ([`protocol::canopen::fast`], experimental).
-    ///
-    /// # Errors
-    /// [`CellError`], also for a robot whose drives need a torque offset.
-    pub fn add_fast(
-        &mut self,
-        kind: RobotKind,
-        station: &Station,
-        buses: &[u8],
-        seed: u64,
-    ) -> Result<(), CellError> {
-        let (node, drives) = node(kind, station, buses, self.now(), true)?;
-        self.place(kind, node, &drives, seed, Kind::Fd)
+        let (node, drives) = node(kind, station, wiring, self.now())?;
+        let wire = if wiring.fast { Kind::Fd } else { Kind::Classic };
+        self.place(kind, node, (&drives, wiring.force), seed, wire)
     }
 
     /// Add a robot with a node of one's own, for instance one with programs linked in.
@@ -171,14 +194,14 @@ impl Cell {
         drives: &[DriveAddress],
         seed: u64,
     ) -> Result<(), CellError> {
-        self.place(kind, node, drives, seed, Kind::Classic)
+        self.place(kind, node, (drives, None), seed, Kind::Classic)
     }
 
     fn place(
         &mut self,
         kind: RobotKind,
         node: Box<dyn NodeProcess + Send>,
-        drives: &[DriveAddress],
+        (drives, force): (&[DriveAddress], Option<ForceAddress>),
         seed: u64,
         wire: Kind,
     ) -> Result<(), CellError> {
@@ -188,13 +211,24 @@ impl Cell {
         }
         let buses = drives
             .iter()
-            .map(|d| usize::from(d.bus) + 1)
+            .map(|d| d.bus)
+            .chain(force.map(|force| force.bus))
+            .map(|bus| usize::from(bus) + 1)
             .max()
             .unwrap_or(0);
-        let robot = SimRobot::new(setup, seed).map_err(|source| CellError::Robot {
+        let mut robot = SimRobot::new(setup, seed).map_err(|source| CellError::Robot {
             robot: kind,
             source,
         })?;
+        robot.set_force_node(force.map(|ForceAddress { bus, number }| {
+            let parameters = ForceSensorParameters::irp6(kind == RobotKind::Irp6Track, seed);
+            let sensor = ForceSensor::new(parameters, seed);
+            ForceNode {
+                bus,
+                number,
+                sensor,
+            }
+        }));
         let first_bus = self.names.len();
         for bus in 0..buses {
             self.names.push(format!("{kind}.{bus}"));
@@ -252,6 +286,43 @@ impl Cell {
         self.wire_mut(bus)
             .map(|wire| wire.set_bus_fault(fault))
             .is_some()
+    }
+
+    /// These break when they are due, and no others any more. Robots are called by these names, in the order in which
+    /// they were added.
+    ///
+    /// # Errors
+    /// [`Misplaced`]; nothing is changed then.
+    pub fn plan_faults(&mut self, specs: &[FaultSpec], names: &[&str]) -> Result<(), Misplaced> {
+        let robots = self.places.iter().zip(names);
+        let robots: Vec<Breakable<'_>> = robots
+            .map(|(place, name)| Breakable {
+                name,
+                axes: place.taps.len(),
+                buses: u8::try_from(place.wires.len()).unwrap_or(u8::MAX),
+            })
+            .collect();
+        self.faults = Schedule::new(specs, &robots)?;
+        Ok(())
+    }
+
+    /// Breaks what is due now.
+    fn break_due(&mut self) {
+        while let Some((station, broken)) = self.faults.take(self.now_ns) {
+            let Some(place) = self.places.get_mut(station) else {
+                continue;
+            };
+            match broken {
+                Broken::Axis(axis, fault) => {
+                    let _ = place.robot.inject(axis, fault);
+                }
+                Broken::Bus(bus, fault) => {
+                    if let Some(wire) = place.wires.get_mut(usize::from(bus)) {
+                        wire.set_bus_fault(fault);
+                    }
+                }
+            }
+        }
     }
 
     /// The names of the buses, in their order: `mp`, then each robot's drive buses.
@@ -322,6 +393,7 @@ impl Cell {
     pub fn advance(&mut self, until: Micros, observer: &mut impl Observer) {
         let until_ns = until.0 * 1000;
         while self.now_ns < until_ns {
+            self.break_due();
             let wake = self
                 .places
                 .iter()
@@ -330,6 +402,7 @@ impl Cell {
             let slice = (self.now_ns / SUBSTEP_NS + 1) * SUBSTEP_NS;
             let next = [
                 wake.filter(|at| *at > self.now_ns),
+                self.faults.next_ns(),
                 Some(slice),
                 Some(until_ns),
             ];
@@ -388,17 +461,22 @@ impl Cell {
             let rx: Vec<Received> = place.rx.drain(..).map(|(_, received)| received).collect();
             let wires = &mut place.wires;
             place.node.step(now, &rx, &mut |port, frame| {
+                let mut broken = false;
                 let posted = match port {
                     Port::Mp => mp_wire.post(k + 1, *now_ns, frame),
                     Port::Drives(bus) => {
                         // of all frames to the drives only SYNC carries nothing
                         synced |= frame.data().is_empty();
-                        wires
-                            .get_mut(usize::from(bus))
-                            .map_or(Ok(()), |wire| wire.post(NODE_TAP, *now_ns, frame))
+                        wires.get_mut(usize::from(bus)).map_or(Ok(()), |wire| {
+                            broken = wire.bus_fault().is_some();
+                            wire.post(NODE_TAP, *now_ns, frame)
+                        })
                     }
                 };
-                if let Err(error) = posted {
+                // what cannot go while a bus is broken waits until there is no room, and that is no fault of the cell's
+                if let Err(error) = posted
+                    && !broken
+                {
                     refused.push(error);
                 }
             });
@@ -496,37 +574,31 @@ impl Place {
     }
 }
 
-/// The node that every robot of a kind has, begun at `now`, and where it expects its drives; `buses` as for
-/// [`Cell::add`]. `fast`: as for [`Cell::add_fast`].
+/// The node that every robot of a kind has, begun at `now`, and where it expects its drives.
 ///
 /// # Errors
 /// [`CellError`]
 pub fn node(
     kind: RobotKind,
     station: &Station,
-    buses: &[u8],
+    wiring: &Wiring<'_>,
     now: Micros,
-    fast: bool,
 ) -> Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError> {
-    kind.visit(
-        station.track,
-        Build {
-            kind,
-            station,
-            buses,
-            now,
-            fast,
-        },
-    )
+    let build = Build {
+        kind,
+        station,
+        wiring,
+        now,
+    };
+    kind.visit(station.track, build)
 }
 
 /// Makes the node of a robot and says where its drives are.
 struct Build<'a> {
     kind: RobotKind,
     station: &'a Station,
-    buses: &'a [u8],
+    wiring: &'a Wiring<'a>,
     now: Micros,
-    fast: bool,
 }
 
 impl RobotVisitor for Build<'_> {
@@ -540,15 +612,17 @@ impl RobotVisitor for Build<'_> {
             robot: self.kind,
             source,
         };
-        let buses = <[u8; N]>::try_from(self.buses).map_err(|_| CellError::Axes {
+        let wiring = self.wiring;
+        let buses = <[u8; N]>::try_from(wiring.buses).map_err(|_| CellError::Axes {
             robot: self.kind,
             expected: N,
-            got: self.buses.len(),
+            got: wiring.buses.len(),
         })?;
-        let mut wiring = self.station.config(buses).map_err(wrong)?;
-        wiring.fast_drives = self.fast;
-        let node = Node::new(self.now, robot, wiring).map_err(wrong)?;
-        Ok((Box::new(node), wiring.drives.to_vec()))
+        let mut config = self.station.config(buses).map_err(wrong)?;
+        config.fast_drives = wiring.fast;
+        config.force = wiring.force;
+        let node = Node::new(self.now, robot, config).map_err(wrong)?;
+        Ok((Box::new(node), config.drives.to_vec()))
     }
 }
 

@@ -2,11 +2,10 @@
 
 pub(crate) mod args;
 
-use args::Args;
+use args::{Args, buses};
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
 use bus::{Bus, BusError, Hears, open_can};
-use firmware::process::drive_buses;
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
 use hil_sim::plant::robot::SimRobot;
@@ -38,8 +37,9 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
     let ending = Arc::new(AtomicBool::new(false));
     let (bus, hub) = open_hub(args)?;
     let mut live = Vec::new();
-    for &(kind, effector) in &args.robots {
-        live.push((kind, build(args, hub.as_ref(), kind, effector)?));
+    for (number, &(kind, effector)) in args.robots.iter().enumerate() {
+        let robot = build(args, hub.as_ref(), kind, effector)?;
+        live.push((kind, robot.with_faults(args.faults.of(number))));
     }
     let asked = Arc::clone(&ending);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
@@ -98,11 +98,6 @@ fn open_hub(args: &Args) -> Result<(String, Option<HubServer>), End> {
     let hub = HubServer::bind_to(address, &names, Reachable::Loopback)
         .map_err(|error| unavailable(error.to_string()))?;
     Ok((format!("hub:{}", hub.address()), Some(hub)))
-}
-
-/// How many drive buses a robot has on a hub.
-fn buses(kind: RobotKind) -> u8 {
-    drive_buses(kind).iter().max().map_or(0, |last| last + 1)
 }
 
 /// Where the drives of a robot are, and its servo step, µs.

@@ -84,6 +84,57 @@ pub enum DriveFault {
     IndexMissing,
 }
 
+impl DriveFault {
+    /// Those that have a name on a command line.
+    pub const NAMED: [(&'static str, Self); 10] = [
+        ("silent", Self::Silent),
+        ("trip", Self::Trip(ErrorCode::HARDWARE)),
+        (
+            EncoderFault::Frozen.name(),
+            Self::Encoder(EncoderFault::Frozen),
+        ),
+        (
+            EncoderFault::Jumping.name(),
+            Self::Encoder(EncoderFault::Jumping),
+        ),
+        (
+            EncoderFault::Reversed.name(),
+            Self::Encoder(EncoderFault::Reversed),
+        ),
+        (
+            EncoderFault::Drifting.name(),
+            Self::Encoder(EncoderFault::Drifting),
+        ),
+        (
+            EncoderFault::Garbage.name(),
+            Self::Encoder(EncoderFault::Garbage),
+        ),
+        ("switch-on", Self::SwitchStuck(true)),
+        ("switch-off", Self::SwitchStuck(false)),
+        ("no-index", Self::IndexMissing),
+    ];
+
+    /// The fault of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        let named = Self::NAMED.into_iter().find(|(known, _)| *known == name);
+        named.map(|(_, fault)| fault)
+    }
+
+    /// Its name on a command line; of any other trip than of the hardware too.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Silent => "silent",
+            Self::Trip(_) => "trip",
+            Self::Encoder(wrong) => wrong.name(),
+            Self::SwitchStuck(true) => "switch-on",
+            Self::SwitchStuck(false) => "switch-off",
+            Self::IndexMissing => "no-index",
+        }
+    }
+}
+
 /// The power stage and the brake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {

@@ -3,9 +3,12 @@
 //! The simulated robot is the one of the lock-step [`crate::cell`]; here is only its rim: a clock
 //! and the buses. A simulator that is late says so in its [`Statistics`] instead of pretending.
 
+mod broken;
 pub mod clock;
 
+use crate::fault::Schedule;
 use crate::plant::robot::{Sent, SimRobot};
+use broken::BrokenBuses;
 use bus::{Bus, BusError, StateChange, now};
 use clock::{Clock, Held};
 use process::Lateness;
@@ -61,6 +64,8 @@ pub struct LiveRobot {
     arrived: Vec<(u8, Micros, Frame)>,
     outgoing: Vec<Sent>,
     statistics: Statistics,
+    faults: Schedule,
+    broken: BrokenBuses,
 }
 
 impl fmt::Debug for LiveRobot {
@@ -84,6 +89,8 @@ impl LiveRobot {
         period: Micros,
     ) -> Self {
         Self {
+            broken: BrokenBuses::new(&robot, buses.len()),
+            faults: Schedule::default(),
             robot,
             buses,
             waiting,
@@ -93,6 +100,20 @@ impl LiveRobot {
             arrived: Vec::new(),
             outgoing: Vec::new(),
             statistics: Statistics::default(),
+        }
+    }
+
+    /// These break when they are due, and no others any more; all are of this robot.
+    #[must_use]
+    pub fn with_faults(mut self, faults: Schedule) -> Self {
+        self.faults = faults;
+        self
+    }
+
+    /// Breaks what is due at `sim_ns`.
+    fn break_due(&mut self, sim_ns: u64) {
+        while let Some((_, broken)) = self.faults.take(sim_ns) {
+            self.broken.apply(broken, &mut self.robot);
         }
     }
 
@@ -155,13 +176,20 @@ impl LiveRobot {
                 self.clock.synced(wall_ns);
             }
             let sim_ns = self.clock.at(wall_ns);
-            let outgoing = &mut self.outgoing;
-            self.robot
-                .on_frame(bus, sim_ns, &frame, &mut |sent| outgoing.push(sent));
+            self.break_due(sim_ns);
+            let (outgoing, broken) = (&mut self.outgoing, &self.broken);
+            self.robot.deliver(
+                bus,
+                sim_ns,
+                &frame,
+                &|axis| broken.hears(bus, axis),
+                &mut |sent| outgoing.push(sent),
+            );
             self.send()?;
         }
         self.arrived = arrived;
         let sim_ns = self.clock.at(self.wall_ns(now()));
+        self.break_due(sim_ns);
         let outgoing = &mut self.outgoing;
         self.robot.advance(sim_ns, &mut |sent| outgoing.push(sent));
         self.send()
@@ -173,6 +201,9 @@ impl LiveRobot {
 
     fn send(&mut self) -> Result<(), BusError> {
         for sent in self.outgoing.drain(..) {
+            if !self.broken.passes(&sent) {
+                continue;
+            }
             let Some(bus) = self.buses.get_mut(usize::from(sent.bus)) else {
                 continue;
             };

@@ -3,8 +3,9 @@
 use bus::wire::confinement::State;
 use bus::wire::{Disturbance, Fault as LineFault, Kind};
 use firmware::Station;
+use firmware::config::ForceAddress;
 use firmware::process::drive_buses;
-use hil_sim::cell::{Cell, Observer};
+use hil_sim::cell::{Cell, Observer, Wiring};
 use hil_sim::drive::DriveFault;
 use hil_sim::drive::quirk::Quirks;
 use protocol::budget::{self, Rates};
@@ -27,8 +28,12 @@ mod bus_faults;
 mod encoder_faults;
 #[path = "cell/fast.rs"]
 mod fast;
+#[path = "cell/force.rs"]
+mod force;
 #[path = "cell/quirks.rs"]
 mod quirks;
+#[path = "cell/runaway.rs"]
+mod runaway;
 #[path = "cell/scenario.rs"]
 mod scenario;
 
@@ -53,6 +58,10 @@ impl Coordinator {
     }
 
     fn with(kind: RobotKind, law: ServoLaw, quirks: Quirks) -> Self {
+        Self::wired(kind, law, quirks, None)
+    }
+
+    fn wired(kind: RobotKind, law: ServoLaw, quirks: Quirks, force: Option<ForceAddress>) -> Self {
         let mut cell = Cell::new(Kind::Fd).with_quirks(quirks);
         let station = Station {
             effector: 1,
@@ -63,7 +72,17 @@ impl Coordinator {
             one_wire: false,
             track: TrackRule::Keep,
         };
-        cell.add(kind, &station, &drive_buses(kind), 1).unwrap();
+        let buses = drive_buses(kind);
+        cell.add(
+            kind,
+            &station,
+            &Wiring {
+                force,
+                ..Wiring::classic(&buses)
+            },
+            1,
+        )
+        .unwrap();
         let link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
         Self {
             cell,

@@ -73,6 +73,14 @@ impl Move {
                 speeds: speeds(values.len()),
             },
             Target::Pose {
+                pose, reference, ..
+            } if self.until_force_n.is_some() => Instruction::MoveUntilForce {
+                target: pose_message(pose),
+                reference: *reference,
+                speeds: pose_speeds([self.velocity; 2], [self.acceleration; 2]),
+                newtons: narrow(self.until_force_n.unwrap_or(0.0)),
+            },
+            Target::Pose {
                 pose,
                 reference,
                 path,

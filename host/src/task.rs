@@ -15,6 +15,9 @@
 //! [[step]]
 //! move = { robot = "irp6-track", pose = { position_m = [0, 0, 0.05] }, relative = true }
 //!
+//! [[step]]                           # down, until the force at the wrist has changed by 10 N
+//! move = { robot = "irp6-track", pose = { position_m = [0, 0, 0.05] }, relative = true, until_force_n = 10 }
+//!
 //! [[step]]
 //! wait = { seconds = 0.5 }
 //!
@@ -62,7 +65,7 @@ mod test;
 use step::{AXIS_SPEED, POSE_SPEED};
 
 pub use board::{Board, Cutter};
-pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec};
+pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec, SurfaceSpec};
 pub use engrave::Engrave;
 pub use path::PathStep;
 
@@ -162,6 +165,8 @@ pub struct Move {
     pub velocity: f64,
     /// Acceleration, likewise.
     pub acceleration: f64,
+    /// It ends where the force at the wrist has changed by so much since it began, N.
+    pub until_force_n: Option<f64>,
 }
 
 /// Where a motion goes.
@@ -343,6 +348,7 @@ impl Task {
             target,
             velocity,
             acceleration,
+            until_force_n: None,
         }];
         task.steps.push(Step {
             name: task.title.clone(),

@@ -99,7 +99,8 @@ impl Payload for Feedback {
         + per_axis(U16)
         + per_axis(U32)
         + 2 * U32 // violations, lost
-        + F32; // acceleration step
+        + F32 // acceleration step
+        + (TAG + 3 * F32); // force
 }
 impl Payload for DemandTrace {
     const NAME: &'static str = "DemandTrace";

@@ -132,6 +132,8 @@ causes! {
     EncoderJump = 31, Fatal, QuickStop;
     /// the motor current exceeded its limit
     OverCurrent = 32, Fatal, QuickStop;
+    /// the axis moves away from where it is told to go
+    Runaway = 33, Fatal, TorqueOff;
     /// the drive reported a fault
     DriveFault = 40, Fatal, QuickStop;
     /// the drive stopped sending its actual values
@@ -152,6 +154,8 @@ causes! {
     HomingIndexNotFound = 53, Fatal, PathStop;
     /// homing: another axis moved or reported its switch
     HomingForeignSwitch = 54, Fatal, PathStop;
+    /// the force sensor is silent, saturated or has failed
+    ForceSensor = 60, Fatal, PathStop;
 }
 
 /// A latched fault: who, what, when, and what it interrupted.
@@ -282,6 +286,8 @@ pub enum Refusal {
         /// Why.
         problem: PathProblem,
     },
+    /// There is no force sensor that can be read.
+    NoForce,
 }
 
 /// What can be wrong with an element of a path.

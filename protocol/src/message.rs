@@ -267,6 +267,18 @@ pub enum Instruction {
         /// How fast at most; what the joints cannot follow is slowed down.
         speeds: PoseSpeeds,
     },
+    /// Move the tool along a straight line until the force at the wrist has changed by so much since this began, or to
+    /// its end.
+    MoveUntilForce {
+        /// The pose of the tool.
+        target: PoseMessage,
+        /// What it is relative to.
+        reference: PoseReference,
+        /// How fast.
+        speeds: PoseSpeeds,
+        /// The change of the force that ends it, N.
+        newtons: f32,
+    },
 }
 
 /// How the EDP closes the loop of every axis.
@@ -508,6 +520,9 @@ pub struct Feedback {
     pub acceleration_step: f32,
     /// Cyclic messages lost since the lease began.
     pub lost: u32,
+    /// The force at the wrist, N along the axes of its sensor, weight of the tool included; none without a sensor that
+    /// can be read.
+    pub force_n: Option<[f32; 3]>,
 }
 
 /// The demand of one servo step; published when [`Request::Trace`] asked for it.

@@ -10,7 +10,7 @@ use bench::{Bench, ROBOT, TARGET, image_of, program};
 use bus::wire::Kind;
 use firmware::Station;
 use firmware::update::image::CRC;
-use hil_sim::cell::Cell;
+use hil_sim::cell::{Cell, Wiring};
 use host::error::Error;
 use host::maintenance::Sending;
 use master::Master;
@@ -375,7 +375,10 @@ fn a_node_without_a_keeper_says_who_it_is_and_nothing_else() {
         track: TrackRule::Keep,
     };
     bench.cell = Cell::new(Kind::Classic);
-    bench.cell.add(ROBOT, &station, &[0], 1).unwrap();
+    bench
+        .cell
+        .add(ROBOT, &station, &Wiring::classic(&[0]), 1)
+        .unwrap();
     let mut client = bench.client(3);
     assert!(matches!(
         client.identify(),

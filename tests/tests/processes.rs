@@ -280,6 +280,44 @@ fn mistakes_are_one_line_with_a_code_of_their_own() {
 }
 
 #[test]
+fn a_bus_that_is_cut_by_the_simulator_stops_the_node_with_its_cause() {
+    in_real_time(|| {
+        let fault = "conveyor.0:cut:0@3";
+        let args = ["conveyor", "--bus", "hub:0", "--json", "--fault", fault];
+        let mut simulator = Process::start("mrroc-hil-sim", &args);
+        let port = simulator.event("ready", |_| true)["port"].as_u64().unwrap();
+        let hub = format!("hub:{port}");
+        let mut node = Process::start("mrroc-node", &["conveyor", "--bus", &hub, "--json"]);
+        let fault = node.event("fault", |_| true);
+        assert_eq!(
+            (&fault["name"], &fault["axis"]),
+            (&"DriveSilent".into(), &1.into())
+        );
+    });
+}
+
+#[test]
+fn an_encoder_that_freezes_in_the_simulator_stops_the_arm_with_its_cause() {
+    in_real_time(|| {
+        let (robot, fault) = ("irp6-postument", "irp6-postument/2:frozen@0");
+        let args = [robot, "--bus", "hub:0", "--json", "--fault", fault];
+        let mut simulator = Process::start("mrroc-hil-sim", &args);
+        let port = simulator.event("ready", |_| true)["port"].as_u64().unwrap();
+        let hub = format!("hub:{port}");
+        let _node = Process::start("mrroc-node", &[robot, "--bus", &hub]);
+        // the lower arm is homed first
+        let mut master = Process::start("mrroc", &["home", robot, "--bus", &hub, "-q"]);
+        let (status, said) = master.end();
+        assert_eq!(status.code(), Some(10), "{said:#?}");
+        let told = said.last().unwrap();
+        assert!(
+            told.contains("fault 30:") && told.contains("axis 2 (lower arm)"),
+            "{told}"
+        );
+    });
+}
+
+#[test]
 fn a_node_without_a_hub_gives_up() {
     // free a moment ago; if somebody takes it meanwhile, he is no hub
     let free = TcpListener::bind(("127.0.0.1", 0))

@@ -1,7 +1,7 @@
 //! The generators and conditions every node has, with their classes (\[Z1\] VI, VII).
 
 use crate::ecp::EcpOf;
-use crate::ecp::condition::{Contact, Decided, FromWire, Settled};
+use crate::ecp::condition::{Contact, Decided, ForceAbove, FromWire, Settled};
 use crate::ecp::generator::{
     Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove,
 };
@@ -12,7 +12,7 @@ type S = EcpOf<6>;
 type R = Irp6Postument;
 
 /// Everything shipped on the ECP level; none of the eight classes is neglected (\[Z1\] VIII).
-pub const ECP: [Inhabitant; 20] = [
+pub const ECP: [Inhabitant; 21] = [
     Inhabitant::generator::<S, Hold>("Hold"),
     Inhabitant::generator::<S, Guarded<Hold, Contact>>("Guarded<Hold, Contact>"),
     Inhabitant::generator::<S, MotorMove<6>>("MotorMove"),
@@ -24,6 +24,9 @@ pub const ECP: [Inhabitant; 20] = [
     Inhabitant::generator::<S, Follow>("Follow"),
     Inhabitant::generator::<S, Guarded<Follow, Contact>>("Guarded<Follow, Contact>"),
     Inhabitant::generator::<S, Guarded<LineMove<R, 6, 16>, Decided>>("Guarded<LineMove, Decided>"),
+    Inhabitant::generator::<S, Guarded<LineMove<R, 6, 16>, ForceAbove>>(
+        "Guarded<LineMove, ForceAbove>",
+    ),
     Inhabitant::generator::<S, Guarded<Follow, And<Settled, Contact>>>(
         "Guarded<Follow, And<Settled, Contact>>",
     ),

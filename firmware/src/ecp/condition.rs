@@ -75,6 +75,20 @@ impl<const N: usize> Condition<EcpOf<N>> for Contact {
     }
 }
 
+/// `f^1(c_j, v_j)`: the force at the wrist has changed by more than this since the motion began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceAbove {
+    /// N; infinite: never.
+    pub newtons: f64,
+}
+
+impl<const N: usize> Condition<EcpOf<N>> for ForceAbove {
+    type Args = F<(), (), V>;
+    fn holds(&self, x: X<'_, EcpOf<N>, Self::Args>) -> bool {
+        x.v().force_n.is_some_and(|force| force > self.newtons)
+    }
+}
+
 /// `f^6(c_0, c_j, e_j)`: a condition that came over the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromWire(pub WireCondition);

@@ -54,6 +54,8 @@ pub struct Sensors<const N: usize> {
     /// Motor effort: |current| as a fraction of the drive's limit, low-pass filtered over a
     /// macrostep. Gravity and friction are part of it.
     pub effort: [f64; N],
+    /// How much the force at the wrist has changed since the motion began, N; none where none can be read.
+    pub force_n: Option<f64>,
 }
 
 /// `yc_e`: what the ECP demands of the EDP for the next macrostep.

@@ -1,41 +1,101 @@
-//! An encoder that stands still while the axis is told to move.
+//! An encoder that does not follow what the axis is told: it stands still, or goes the other way.
 //!
-//! The following error says so too, but its window is as wide as a healthy axis at full speed needs it, and behind a
-//! frozen encoder the axis runs away meanwhile: the drive's loop gets nothing for its torque. A healthy axis may lag
-//! behind, but it moves.
+//! The following error says so too, but its window is as wide as a healthy axis at full speed needs it, and meanwhile
+//! the axis runs away: behind a frozen encoder the drive's loop gets nothing for its torque, and behind one that
+//! counts the wrong way it pushes ever harder. A healthy axis may lag behind, but it moves, and not away.
 
 use protocol::units::UNITS_PER_INCREMENT;
 
-/// How far the demand may move while the encoder counts nothing, drive units: half of the following error's window at
-/// rest, and twice what was found where friction holds an axis at the beginning of a motion (92 increments, with the
-/// original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
+/// How far the demand may move while the encoder counts nothing, drive units, where the loop is closed here: half of the
+/// following error's window at rest, and twice what was found where friction holds an axis at the beginning of a motion
+/// (92 increments, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
 const STILL: i64 = 200 * UNITS_PER_INCREMENT;
+/// The same where the drive closes the loop, which is stiffer.
+const STILL_IN_DRIVE: i64 = 100 * UNITS_PER_INCREMENT;
+
+/// How far the encoder may go against the demand, drive units: twice what an axis that lags 10 ms behind goes on when
+/// its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad, of 4000 increments a turn.
+const AWAY: i64 = 60 * UNITS_PER_INCREMENT;
+/// How far the demand must have gone meanwhile, drive units.
+const TOLD: i64 = 5 * UNITS_PER_INCREMENT;
+/// How far the encoder may go where the demand stands, drive units: an axis may give way to what pushes it, but half of
+/// the following error's window at rest without becoming slower is more than that.
+const AWAY_AT_REST: i64 = 200 * UNITS_PER_INCREMENT;
+
+/// What an encoder does that it should not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Suspicion {
+    /// It stands still.
+    Still,
+    /// It goes away from where it should, and no slower.
+    Away,
+}
 
 /// Watches one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stuck {
     /// The position that was measured, and the demand when it was first, drive units.
-    since: Option<(i64, i64)>,
+    still: Option<(i64, i64)>,
+    /// The last pair that had not moved apart, or of which the first stood.
+    apart: Option<(i64, i64)>,
+    /// Steps since then.
+    steps: i64,
+    /// What was measured last.
+    last: i64,
 }
 
 impl Stuck {
     /// Forget what was: the axis has no torque.
     pub(super) const fn reset(&mut self) {
-        self.since = None;
+        (self.still, self.apart) = (None, None);
     }
 
-    /// Another step: has the demand moved too far since the measured position last changed?
-    /// Both in drive units, of the same instant.
-    pub(super) fn step(&mut self, measured: i64, demanded: i64) -> bool {
-        match self.since {
+    /// Another step. Both in drive units, of the same instant; `in_drive`: the drive closes the loop.
+    pub(super) fn step(
+        &mut self,
+        measured: i64,
+        demanded: i64,
+        in_drive: bool,
+    ) -> Option<Suspicion> {
+        if self.goes_away(measured, demanded) {
+            return Some(Suspicion::Away);
+        }
+        let most = if in_drive { STILL_IN_DRIVE } else { STILL };
+        match self.still {
             Some((before, began)) if before == measured => {
-                demanded.saturating_sub(began).saturating_abs() > STILL
+                let far = demanded.saturating_sub(began).saturating_abs() > most;
+                far.then_some(Suspicion::Still)
             }
             _ => {
-                self.since = Some((measured, demanded));
-                false
+                self.still = Some((measured, demanded));
+                None
             }
         }
+    }
+
+    /// Have the two moved apart, one against the other, far enough, and in this step as fast as in the others? What is
+    /// pushed off by something it has met becomes slower.
+    fn goes_away(&mut self, measured: i64, demanded: i64) -> bool {
+        let moved = measured.saturating_sub(core::mem::replace(&mut self.last, measured));
+        let (way, told) = self.apart.map_or((0, 0), |(before, began)| {
+            (
+                measured.saturating_sub(before),
+                demanded.saturating_sub(began),
+            )
+        });
+        if moved == 0 || way == 0 || way.signum().saturating_mul(told.signum()) > 0 {
+            self.apart = Some((measured, demanded));
+            self.steps = 0;
+            return false;
+        }
+        self.steps = self.steps.saturating_add(1);
+        let keeps = moved.saturating_abs().saturating_mul(self.steps) >= way.saturating_abs();
+        let most = if told.saturating_abs() > TOLD {
+            AWAY
+        } else {
+            AWAY_AT_REST
+        };
+        keeps && way.saturating_abs() > most
     }
 }
 
@@ -47,13 +107,42 @@ mod test {
     const INCREMENT: i64 = UNITS_PER_INCREMENT;
 
     #[test]
-    fn a_frozen_encoder_is_found_when_the_demand_has_moved_two_hundred_increments() {
+    fn a_frozen_encoder_is_found_when_the_demand_has_moved_far_enough() {
+        for (in_drive, increments) in [(false, 21), (true, 11)] {
+            let mut stuck = Stuck::default();
+            // 210 or 110 after ten
+            let mut step = |k| stuck.step(7, 500 + increments * INCREMENT * k, in_drive);
+            let found = (0..20).position(|k| step(k).is_some());
+            assert_eq!(found, Some(10));
+            stuck.reset();
+            assert_eq!(stuck.step(7, i64::MAX, in_drive), None);
+            assert_eq!(stuck.step(7, i64::MIN, in_drive), Some(Suspicion::Still));
+        }
+    }
+
+    #[test]
+    fn an_encoder_that_goes_the_other_way_is_found_and_one_that_is_pushed_back_is_not() {
+        // 16 increments a step against 16
         let mut stuck = Stuck::default();
-        // 21 increments a step: 210 after ten
-        let found = (0..20).position(|step| stuck.step(7, 500 + 21 * INCREMENT * step));
-        assert_eq!(found, Some(10));
-        stuck.reset();
-        assert!(!stuck.step(7, i64::MAX) && stuck.step(7, i64::MIN));
+        let found = (0..20).find(|k| {
+            stuck.step(-16 * INCREMENT * k, 16 * INCREMENT * k, true) == Some(Suspicion::Away)
+        });
+        assert_eq!(found, Some(4));
+        // the same way, but ever slower
+        let mut stuck = Stuck::default();
+        let mut place = 0;
+        for k in 0..30 {
+            place -= (16 - k).max(0) * INCREMENT;
+            assert_ne!(
+                stuck.step(place, INCREMENT * k, true),
+                Some(Suspicion::Away),
+                "{k}"
+            );
+        }
+        // at rest it may be pushed away, but not for ever
+        let mut stuck = Stuck::default();
+        let found = (0..100).find(|k| stuck.step(10 * INCREMENT * k, 0, true).is_some());
+        assert_eq!(found, Some(21));
     }
 
     proptest! {
@@ -67,13 +156,38 @@ mod test {
             let (mut stuck, mut demand, mut place) = (Stuck::default(), 0_i64, 0.0_f64);
             for step in steps {
                 demand += step * INCREMENT;
-                #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "small")]
-                let measured = {
-                    place += share * (demand as f64 - place);
-                    libm::floor(place / INCREMENT as f64) as i64 * INCREMENT
-                };
-                prop_assert!(!stuck.step(measured, demand));
+                let measured = lagging(&mut place, share, demand);
+                prop_assert_ne!(stuck.step(measured, demand, true), Some(Suspicion::Still));
             }
         }
+
+        /// Nor does it run away, whatever it is told within 900 rad/s² (0.0036 rad a step and step, two increments and a
+        /// third of 4000 a turn), if it lags by 10 ms, a fifth of the way in a step, at most.
+        #[test]
+        fn an_axis_that_turns_round_does_not_run_away(
+            pieces in proptest::collection::vec((-2..=2_i64, 1..40_usize), 1..60),
+            share in 0.2..1.0_f64,
+        ) {
+            let (mut stuck, mut demand, mut velocity, mut place) = (Stuck::default(), 0_i64, 0_i64, 0.0_f64);
+            for (acceleration, steps) in pieces {
+                for _ in 0..steps {
+                    velocity = (velocity + acceleration * INCREMENT).clamp(-60 * INCREMENT, 60 * INCREMENT);
+                    demand += velocity;
+                    let measured = lagging(&mut place, share, demand);
+                    prop_assert_ne!(stuck.step(measured, demand, true), Some(Suspicion::Away));
+                }
+            }
+        }
+    }
+
+    /// A share of the way in a step, in whole increments.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        reason = "small"
+    )]
+    fn lagging(place: &mut f64, share: f64, demand: i64) -> i64 {
+        *place += share * (demand as f64 - *place);
+        libm::floor(*place / INCREMENT as f64) as i64 * INCREMENT
     }
 }

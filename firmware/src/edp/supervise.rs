@@ -4,10 +4,11 @@ use super::{Edp, drives};
 use crate::edp::axis::Axis;
 use crate::edp::drives::AxisActual;
 use crate::edp::mode::{Event, Mode};
-use crate::edp::stuck::Stuck;
+use crate::edp::stuck::{Stuck, Suspicion};
 use motion::Angle;
 use protocol::canopen::cia402::PowerState;
 use protocol::fault::Cause;
+use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use robots::{Joints, Motors, Robot};
 
@@ -101,22 +102,34 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 continue;
             };
             *count = if over { count.saturating_add(1) } else { 0 };
-            let wrong = stuck.step(axis.actual_from_zero(), axis.demand_from_zero());
-            let cause = if link.state() != Some(PowerState::OperationEnabled) {
+            let in_drive = axis.law() == ServoLaw::DrivePosition;
+            let (measured, demanded) = (axis.actual_from_zero(), axis.demand_from_zero());
+            let wrong = stuck.step(measured, demanded, in_drive);
+            let cause = if wrong == Some(Suspicion::Away) {
+                Cause::Runaway
+            } else if link.state() != Some(PowerState::OperationEnabled) {
                 Cause::DriveDisabled
             } else if *count >= OVERCURRENT_STEPS {
                 Cause::OverCurrent
-            } else if wrong || axis.beyond_window(*v) {
+            } else if wrong.is_some() || axis.beyond_window(*v) {
                 Cause::FollowingError
             } else {
                 continue;
             };
-            found = Some((cause, k));
-            break;
+            // one that runs away is not to wait for another that is only late
+            if cause == Cause::Runaway || found.is_none() {
+                found = Some((cause, k));
+            }
         }
         if let Some((cause, axis)) = found
             && !latched
         {
+            if cause == Cause::Runaway
+                && let Some(axis) = self.axes.get_mut(axis)
+            {
+                // what its encoder tells cannot be trusted
+                axis.homed = false;
+            }
             self.raise(now, cause, Some(axis));
         }
     }

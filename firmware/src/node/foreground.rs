@@ -11,7 +11,7 @@ use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
 use crate::io::{Port, Received};
 use crate::maintenance::Asked;
 use crate::session::Session;
-use crate::vsp::EffortSensor;
+use crate::vsp::{EffortSensor, Wrist};
 use agent::Vsp;
 use protocol::clock::{Clock, Quality};
 use protocol::cyphal::NodeInfo;
@@ -19,7 +19,9 @@ use protocol::fault::{Cause, Reaction, Refusal};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Incoming, Message, Role};
-use protocol::message::{Command, Event, Identity, NodeState, Reply, Request, StopKind, TimeSync};
+use protocol::message::{
+    Command, Event, Identity, Instruction, NodeState, Reply, Request, StopKind, TimeSync,
+};
 use protocol::schema::{PROTOCOL, SCHEMA_HASH};
 use protocol::time::Micros;
 use protocol::transfer::TransferId;
@@ -43,6 +45,9 @@ pub struct Foreground<R, const N: usize> {
     pub(super) edp: Edp<R, N>,
     effort: Vsp<EffortSensor<N>>,
     pub(super) sensors: Sensors<N>,
+    pub(super) wrist: Wrist,
+    /// The running motion is to end at a force.
+    guarded: bool,
     period: Micros,
     next_sync: Micros,
     next_servo: Option<Micros>,
@@ -81,7 +86,12 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             work: Work::new(macrostep),
             edp: Edp::new(now, robot, setup),
             effort,
-            sensors: Sensors { effort: [0.0; N] },
+            sensors: Sensors {
+                effort: [0.0; N],
+                force_n: None,
+            },
+            wrist: Wrist::new(config.force),
+            guarded: false,
             period,
             next_sync: now,
             next_servo: None,
@@ -151,7 +161,10 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
                         self.hear(now, incoming, ecp.as_deref_mut(), tx);
                     }
                 }
-                Port::Drives(bus) => self.edp.on_frame(received.at, bus, &received.frame),
+                Port::Drives(bus) => {
+                    self.wrist.on_frame(received.at, bus, &received.frame);
+                    self.edp.on_frame(received.at, bus, &received.frame);
+                }
             }
         }
         if now >= self.next_sync {
@@ -185,7 +198,9 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         if let Some(reading) = self.effort.step(&(), &currents_ma) {
             self.sensors = reading;
         }
+        self.sensors.force_n = self.wrist.change_n(now);
         self.coordinate(now, ecp);
+        self.watch_force(now);
         self.edp.servo(now, &currents_ma, tx);
         self.after_fault();
         self.drive_outputs();
@@ -203,6 +218,18 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             self.outputs = 0;
         }
         self.edp.drive_outputs(self.outputs);
+    }
+
+    /// A robot that has a force sensor does not move without it.
+    fn watch_force(&mut self, now: Micros) {
+        if matches!(self.edp.mode(), Mode::Moving { .. }) && self.wrist.is_blind(now) {
+            let reaction = if self.guarded {
+                Reaction::QuickStop
+            } else {
+                Cause::ForceSensor.reaction()
+            };
+            self.edp.raise_with(now, Cause::ForceSensor, None, reaction);
+        }
     }
 
     /// A stop or fault ends the running instruction.
@@ -393,9 +420,15 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
                 if timed && start_at.since(bus_now) > START_HORIZON {
                     return Err(Refusal::Late);
                 }
+                let guarded = matches!(instruction, Instruction::MoveUntilForce { .. });
+                if guarded && self.wrist.force_n(now).is_none() {
+                    return Err(Refusal::NoForce);
+                }
                 self.session.fresh(*id)?;
                 self.ending = false;
                 ecp.accept(instruction, rest == Rest::Holding)?;
+                self.guarded = guarded;
+                self.wrist.begin();
                 self.agenda.begin(*id, *start_at, instruction);
             }
             Request::EndMotion { epoch } => {

@@ -80,6 +80,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             limit_violations: self.edp.violations(),
             acceleration_step: self.edp.take_acceleration_step(),
             lost: self.session.lost(),
+            force_n: self.wrist.force_n(now),
         };
         let currents = self.edp.currents_ma();
         let errors = self.edp.take_following_errors();

@@ -127,7 +127,10 @@ impl Run {
                     demanded_joints: Some(FROM),
                     following_error: [0.0; N],
                 },
-                v: Sensors { effort: [0.0; N] },
+                v: Sensors {
+                    effort: [0.0; N],
+                    force_n: None,
+                },
                 t: (),
             };
             match self.running.step(&mut self.path, &x) {

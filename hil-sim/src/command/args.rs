@@ -2,7 +2,9 @@
 
 use bus::spec::{Place, SpecError};
 use clap::Parser;
+use firmware::process::drive_buses;
 use hil_sim::drive::quirk::{Quirk, Quirks};
+use hil_sim::fault::{Breakable, FaultSpec, Schedule};
 use process::End;
 use robots::RobotKind;
 use std::ffi::OsString;
@@ -46,6 +48,12 @@ struct Raw {
     /// flickering-fault
     #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
     quirk: Vec<Quirk>,
+    /// What breaks when: ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage (its
+    /// encoder), switch-on, switch-off, no-index; ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP (behind
+    /// the node, 0, or the TAP-th drive), wrecked:TAP. `none` mends. Axes from 1, buses from 0, seconds from the
+    /// start; may be given several times
+    #[arg(long, value_name = "SPEC")]
+    fault: Vec<FaultSpec>,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -66,6 +74,8 @@ pub(crate) struct Args {
     pub(crate) seed: u64,
     /// What the drives do otherwise than the book.
     pub(crate) quirks: Quirks,
+    /// What breaks when; robots are numbered as listed.
+    pub(crate) faults: Schedule,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// JSON lines on stdout.
@@ -109,7 +119,18 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         }
         robots.push((kind, number));
     }
+    let breakable: Vec<Breakable<'_>> = robots
+        .iter()
+        .map(|(kind, _)| Breakable {
+            name: kind.name(),
+            axes: kind.axes(),
+            buses: buses(*kind),
+        })
+        .collect();
+    let faults = Schedule::new(&raw.fault, &breakable)
+        .map_err(|misplaced| End::usage(format!("--fault {misplaced}")))?;
     Ok(Args {
+        faults,
         robots,
         place,
         seed: raw.seed,
@@ -117,6 +138,11 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         priority: raw.priority,
         json: raw.json,
     })
+}
+
+/// How many drive buses a robot has on a hub.
+pub(crate) fn buses(kind: RobotKind) -> u8 {
+    drive_buses(kind).iter().max().map_or(0, |last| last + 1)
 }
 
 /// A quirk by its name.
@@ -180,6 +206,13 @@ mod tests {
             "mrroc-hil-sim irp6-track --bus hub --effector 0",
             "mrroc-hil-sim irp6-track --bus hub --seed x",
             "mrroc-hil-sim irp6-track --bus hub --quirk lazy",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/1:frozen",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/1:melted@2",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/1:frozen@soon",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/8:frozen@2",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track.2:short@2",
+            "mrroc-hil-sim irp6-track --bus hub --fault polycrank/1:frozen@2",
+            "mrroc-hil-sim irp6-track irp6-track --bus can:c --effector 3,4 --fault irp6-track/1:frozen@2",
         ] {
             let end = of(text).unwrap_err();
             assert_eq!(end.code, exit::USAGE, "{text}");
@@ -200,6 +233,13 @@ mod tests {
                 help.text.contains(&format!("  {code}  ")),
                 "{code} is not in --help"
             );
+        }
+        let listed = help.text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for (name, _) in hil_sim::drive::DriveFault::NAMED {
+            assert!(listed.contains(name), "{name} is not in --help");
+        }
+        for fault in ["stuck-dominant", "short", "cut:TAP", "wrecked:TAP"] {
+            assert!(listed.contains(fault), "{fault} is not in --help");
         }
         assert_eq!(of("mrroc-hil-sim --version").unwrap_err().code, 0);
     }

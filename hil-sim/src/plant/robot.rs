@@ -276,6 +276,11 @@ impl SimRobot {
         self.force = node;
     }
 
+    /// The force sensor in the wrist, to break it.
+    pub const fn force_node_mut(&mut self) -> Option<&mut ForceNode> {
+        self.force.as_mut()
+    }
+
     /// The wrist after the last substep; none where there is none.
     #[must_use]
     pub fn wrist(&self) -> Option<Wrist> {

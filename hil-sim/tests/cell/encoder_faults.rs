@@ -16,8 +16,9 @@ fn every_wrong_encoder_is_found_in_time_and_with_its_cause() {
             EncoderFault::Frozen => (Cause::FollowingError, 4..=11, 10.0),
             // half a turn is twice as far as an encoder may move in a step
             EncoderFault::Jumping | EncoderFault::Garbage => (Cause::EncoderJump, 1..=2, 4.0),
-            // the loop pushes the wrong way until torque is off: what it is given then the brake has to take
-            EncoderFault::Reversed => (Cause::FollowingError, 4..=11, 40.0),
+            // 60 increments at 21 rad/s and more; what the loop has pushed the wrong way until then the brake has to take,
+            // after 30 ms
+            EncoderFault::Reversed => (Cause::Runaway, 2..=6, 3.0),
             // found by the drive, which misses lines between two of its index pulses: two turns at 20 rad/s and what
             // drifts away until then
             EncoderFault::Drifting => (Cause::DriveFault, 5..=400, 20.0),

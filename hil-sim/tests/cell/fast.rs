@@ -56,7 +56,7 @@ fn moved(fast: bool) -> (Targets, Vec<f64>, u64) {
     if fast {
         c.cell = Cell::new(Kind::Fd);
         c.cell
-            .add_fast(kind, &station(), &drive_buses(kind), 1)
+            .add(kind, &station(), &Wiring::fast(&drive_buses(kind)), 1)
             .unwrap();
     }
     c.enable();
@@ -131,7 +131,7 @@ fn the_same_motion_over_both_framings_has_the_same_set_points_and_ends_in_the_sa
 fn a_classical_bus_refuses_the_profile_and_so_does_a_robot_that_needs_an_offset() {
     let mut cell = Cell::new(Kind::Fd);
     let kind = RobotKind::Polycrank;
-    let refused = cell.add_fast(kind, &station(), &drive_buses(kind), 1);
+    let refused = cell.add(kind, &station(), &Wiring::fast(&drive_buses(kind)), 1);
     assert!(
         matches!(
             refused,
@@ -152,7 +152,7 @@ fn every_law_homes_and_moves_over_the_fast_profile() {
         c.cell = Cell::new(Kind::Fd);
         let station = Station { law, ..station() };
         c.cell
-            .add_fast(kind, &station, &drive_buses(kind), 1)
+            .add(kind, &station, &Wiring::fast(&drive_buses(kind)), 1)
             .unwrap();
         c.enable();
         c.home();

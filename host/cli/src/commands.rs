@@ -14,6 +14,7 @@ use crate::run::{Finished, Options, Record, catch_interrupt, run};
 use agent::{Class, Inhabitant};
 use bus::spec::{BusSpec, Place};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use hil_sim::fault::FaultSpec;
 use host::error::Error;
 use host::input::Files;
 use host::path::Reference;
@@ -103,6 +104,10 @@ struct Common {
     /// Seed of the simulation.
     #[arg(long)]
     seed: Option<u64>,
+    /// What breaks when in the simulation: ROBOT/AXIS:FAULT@SECONDS or ROBOT.BUS:FAULT@SECONDS, as for `mrroc-hil-sim
+    /// --fault`, of which this has the list; may be given several times.
+    #[arg(long, value_name = "SPEC")]
+    fault: Vec<FaultSpec>,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may.
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -126,6 +131,7 @@ impl Common {
             plots: self.plot.clone(),
             json: self.json,
             quiet: self.quiet,
+            faults: self.fault.clone(),
         }
     }
 
@@ -547,6 +553,10 @@ mod test {
                 "cannot be used with",
             ),
             (&["mrroc", "stop", "--kind", "slow"], "torque-off"),
+            (
+                &["mrroc", "run", "x.toml", "--fault", "conveyor/1:melted@1"],
+                "frozen",
+            ),
         ] {
             let error = Cli::try_parse_from(arguments).unwrap_err().to_string();
             assert!(error.contains(word), "{arguments:?}: {error}");

@@ -118,6 +118,7 @@ fn measure(cell: Cell) -> Result<Vec<BusSummary>, Error> {
         plots: Vec::new(),
         json: true,
         quiet: true,
+        faults: Vec::new(),
     };
     let Finished { summary, .. } = run(task, None, &options)?;
     Ok(summary.buses)

@@ -12,9 +12,10 @@ mod test;
 
 use crate::commands::{Asked, Cli};
 use crate::run::coordinated;
-use crate::world::stations;
+use crate::world::{force_address, stations};
 use clap::Args;
 use comparison::{Comparison, shown};
+use hil_sim::cell::Wiring;
 use host::error::Error;
 use host::input::{DataError, Files, InputError, Problem};
 use host::program::config_of;
@@ -192,8 +193,12 @@ fn nodes(
     let stations = stations(cell, ids, seed, about.mtu);
     for ((robot, id), (station, bus_of_axis)) in cell.robots.iter().zip(ids).zip(stations) {
         let numbers = (*id, station.master());
-        let fast = robot.fast_drives;
-        let node = NodeReplay::new(robot.kind, &station, &bus_of_axis, numbers, (bus, fast))
+        let wiring = Wiring {
+            buses: &bus_of_axis,
+            fast: robot.fast_drives,
+            force: force_address(robot),
+        };
+        let node = NodeReplay::new(robot.kind, &station, numbers, (bus, &wiring))
             .map_err(|error| Error::Internal(error.to_string()))?;
         bus += node.buses();
         if bus <= about.buses.len() {

@@ -5,6 +5,7 @@ use crate::record::Recorder;
 use crate::report::Reporter;
 use crate::world::{Remote, Virtual, World};
 use bus::spec::BusSpec;
+use hil_sim::fault::FaultSpec;
 use host::error::{Error, exit};
 use host::mp::config::Config;
 use host::plot::{self, Picture, StepMark};
@@ -44,6 +45,8 @@ pub(crate) struct Options {
     pub(crate) plots: Vec<PathBuf>,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+    /// What breaks when, in a simulation.
+    pub(crate) faults: Vec<FaultSpec>,
 }
 
 /// A record that is asked for.
@@ -76,7 +79,16 @@ fn connect(
     Ok(match &options.bus {
         BusSpec::Virtual => {
             crate::load::check(cell)?;
-            Box::new(Virtual::new(cell, nodes, seed, options.realtime)?)
+            let mut world = Virtual::new(cell, nodes, seed, options.realtime)?;
+            world.plan_faults(cell, &options.faults)?;
+            Box::new(world)
+        }
+        BusSpec::Place(_) if !options.faults.is_empty() => {
+            return Err(Error::Usage {
+                what: "--fault breaks what is simulated in this process".into(),
+                expected: "--bus virtual, or --fault of mrroc-hil-sim".into(),
+                got: "robots at the other end of a bus".into(),
+            });
         }
         BusSpec::Place(place) => Box::new(Remote::connect(place)?),
     })

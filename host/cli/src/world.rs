@@ -7,10 +7,17 @@ use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
 use bus::{Bus, BusError, Hears, open_can};
 use firmware::Station;
-use hil_sim::cell::{Cell as SimCell, CellError, Observer};
+use firmware::config::ForceAddress;
+use hil_sim::cell::{Cell as SimCell, CellError, Observer, Wiring};
+use hil_sim::fault::FaultSpec;
+use hil_sim::plant::contact::{Obstacle, Shape, Surface, Tip};
 use host::error::Error;
-use host::task::{self, BusKind, Cell};
+use host::mp::arm::arm;
+use host::task::{self, BusKind, Cell, RobotSpec, SurfaceSpec};
+use motion::Pose;
+use nalgebra::{Matrix3, Vector3};
 use process::Lateness;
+use protocol::force_torque::SensorNumber;
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::time::Micros;
@@ -80,13 +87,21 @@ impl Virtual {
             for group in &robot.drives {
                 buses.push(bus_of(cell, group.bus)?);
             }
-            let added = if robot.fast_drives {
-                sim.add_fast(robot.kind, &station, &bus_of_axis, seed)
-            } else {
-                sim.add(robot.kind, &station, &bus_of_axis, seed)
+            let force = force_address(robot);
+            if let (Some(bus), Some(address)) = (robot.force_bus, force)
+                && usize::from(address.bus) == robot.drives.len()
+            {
+                buses.push(bus_of(cell, bus)?);
+            }
+            let wiring = Wiring {
+                buses: &bus_of_axis,
+                fast: robot.fast_drives,
+                force,
             };
+            let added = sim.add(robot.kind, &station, &wiring, seed);
             added.map_err(|e: CellError| internal(&e))?;
         }
+        surround(&mut sim, cell);
         for (number, bus) in buses.iter().enumerate() {
             if !sim.set_rates(number, bus.rates()) {
                 return Err(internal(&format!("bus {} is not simulated", bus.name)));
@@ -97,6 +112,21 @@ impl Virtual {
             mtu,
             names: buses.iter().map(|bus| bus.name.clone()).collect(),
             pace: realtime.then(Instant::now),
+        })
+    }
+
+    /// These break when they are due.
+    pub(crate) fn plan_faults(&mut self, cell: &Cell, specs: &[FaultSpec]) -> Result<(), Error> {
+        let names: Vec<&str> = cell
+            .robots
+            .iter()
+            .map(|robot| robot.name.as_str())
+            .collect();
+        let planned = self.cell.plan_faults(specs, &names);
+        planned.map_err(|misplaced| Error::Usage {
+            what: format!("--fault {}", misplaced.spec),
+            expected: misplaced.expected,
+            got: "something else".into(),
         })
     }
 }
@@ -129,6 +159,65 @@ pub(crate) fn stations(
         }
         (station, bus_of_axis)
     })
+}
+
+/// The force sensor of a robot: the first of its bus, which is one of the drives' or the next.
+pub(crate) fn force_address(robot: &RobotSpec) -> Option<ForceAddress> {
+    let bus = robot.force_bus?;
+    let drives = robot.drives.iter().position(|group| group.bus == bus);
+    Some(ForceAddress {
+        bus: u8::try_from(drives.unwrap_or(robot.drives.len())).ok()?,
+        number: SensorNumber::new(0)?,
+    })
+}
+
+/// Puts what stands in the way of tools around the robots; their tools touch it with a point.
+fn surround(sim: &mut SimCell, cell: &Cell) {
+    for (number, robot) in cell.robots.iter().enumerate() {
+        let own = cell
+            .surfaces
+            .iter()
+            .filter(|surface| surface.robot == number);
+        let obstacles: Vec<Obstacle> = own
+            .map(|surface| Obstacle {
+                shape: plate(surface),
+                surface: Surface {
+                    stiffness_n_m: surface.stiffness_n_m,
+                    ..Surface::METAL
+                },
+            })
+            .collect();
+        if obstacles.is_empty() {
+            continue;
+        }
+        let tip = Tip {
+            centre_m: arm(robot.kind).default_tool().position,
+            radius_m: 0.0,
+        };
+        if let Some(robot) = sim.robot_mut(number) {
+            let _ = robot.surround(obstacles, tip);
+        }
+    }
+}
+
+/// The plate of a surface.
+fn plate(surface: &SurfaceSpec) -> Shape {
+    let half = 0.5 * surface.edge_m;
+    let normal = Vector3::from(surface.normal);
+    // any direction across it, for it is square
+    let other = if normal.x.abs() < 0.5 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let side = normal.cross(&other).normalize();
+    Shape::Box {
+        frame: Pose {
+            position: Vector3::from(surface.point_m) - normal * (0.1 * half),
+            rotation: Matrix3::from_columns(&[side, normal.cross(&side), normal]),
+        },
+        half: Vector3::new(half, half, 0.1 * half),
+    }
 }
 
 /// The bus of a number in a cell.

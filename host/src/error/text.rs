@@ -74,6 +74,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             format!("no program {program} is linked into the node")
         }
         Refusal::UnknownServoLaw => "the node does not have this servo law".into(),
+        Refusal::NoForce => "there is no force sensor that can be read".into(),
         Refusal::Aborted => "ended by a stop or a fault before it was complete".into(),
         Refusal::Path { element, problem } => {
             format!("element {element} of the path: {}", path_problem(*problem))

@@ -25,6 +25,8 @@ pub struct Place {
     pub motors: PerAxis<f64>,
     /// Is it homed?
     pub homed: bool,
+    /// It is where a motion until a force would have ended without one: nobody knows how far that went.
+    pub guessed: bool,
 }
 
 impl Place {
@@ -34,6 +36,7 @@ impl Place {
         Self {
             motors: arm.axes().iter().map(|_| 0.0).collect(),
             homed: false,
+            guessed: false,
         }
     }
 
@@ -405,12 +408,19 @@ impl Walk<'_> {
         let Some((config, place)) = pair else {
             return Err(error(source, "", Why::NotHomed));
         };
-        let segment = walk::walk(config, place, &instruction)
+        let whole = walk::whole(&instruction);
+        let segment = walk::walk(config, place, whole.as_ref().unwrap_or(&instruction))
             .map_err(|why| error(source, &config.name, why))?;
+        place.guessed |= matches!(instruction, Instruction::MoveUntilForce { .. });
         Ok(Motion {
             robot,
             instruction,
-            segment,
+            // what begins nobody knows where is not to be compared with anything
+            segment: if place.guessed {
+                Segment::None
+            } else {
+                segment
+            },
         })
     }
 

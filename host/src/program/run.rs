@@ -404,6 +404,7 @@ fn place(image: &Image) -> Place {
         Some(motors) => Place {
             motors,
             homed: image.is_homed(),
+            guessed: false,
         },
         None => Place::unknown(image.arm()),
     }

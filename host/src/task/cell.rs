@@ -27,6 +27,23 @@ pub struct Cell {
     pub buses: Vec<BusSpec>,
     /// The board that is engraved, if there is one.
     pub board: Option<Board>,
+    /// What stands in the way of tools, where the cell is simulated.
+    pub surfaces: Vec<SurfaceSpec>,
+}
+
+/// A square plate, as thick as a tenth of its edge, that a tool can touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSpec {
+    /// Index in [`Cell::robots`] of the robot whose tool it is for.
+    pub robot: usize,
+    /// The middle of the face that is touched, in that robot's base frame, m.
+    pub point_m: [f64; 3],
+    /// Out of that face, of length 1.
+    pub normal: [f64; 3],
+    /// Its edge, m.
+    pub edge_m: f64,
+    /// N/m
+    pub stiffness_n_m: f64,
 }
 
 /// A robot of the cell.
@@ -50,6 +67,8 @@ pub struct RobotSpec {
     pub drives: Vec<DriveGroup>,
     /// Node and drives speak the fast profile of CAN FD, which is experimental.
     pub fast_drives: bool,
+    /// Index in [`Cell::buses`] of the bus of the force sensor in the wrist, number 0 there; of one that has one.
+    pub force_bus: Option<usize>,
 }
 
 impl RobotSpec {
@@ -145,6 +164,7 @@ impl Cell {
             robots: Vec::new(),
             buses: Vec::new(),
             board: None,
+            surfaces: Vec::new(),
         };
         for kind in kinds {
             let name = kind.name().to_owned();
@@ -160,6 +180,7 @@ impl Cell {
                 mp_bus,
                 drives,
                 fast_drives: false,
+                force_bus: None,
             });
         }
         cell
@@ -224,7 +245,7 @@ impl Cell {
     }
 }
 
-const KEYS: [&str; 3] = ["robot", "bus", "board"];
+const KEYS: [&str; 4] = ["robot", "bus", "board", "surface"];
 
 fn read(document: &Document<'_>) -> Result<Cell, DataError> {
     let table = document.parse()?;
@@ -254,6 +275,7 @@ fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
         robots: Vec::new(),
         buses: Vec::new(),
         board: None,
+        surfaces: Vec::new(),
     };
     if let Some(buses) = fields.optional("bus") {
         for value in buses.list()? {
@@ -293,7 +315,39 @@ fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
     if let Some(value) = fields.optional("board") {
         cell.board = Some(board::read(&cell, &value)?);
     }
+    if let Some(surfaces) = fields.optional("surface") {
+        for value in surfaces.list()? {
+            cell.surfaces.push(surface(&cell, &value)?);
+        }
+    }
     Ok(cell)
+}
+
+fn surface(cell: &Cell, value: &Value<'_, '_>) -> Result<SurfaceSpec, DataError> {
+    let keys = ["robot", "point_m", "normal", "edge_m", "stiffness_n_m"];
+    let fields = value.fields("a surface", &keys)?;
+    let across = fields.required("normal")?;
+    let direction = Vector3::from(across.triple()?);
+    let length = libm::sqrt(direction.dot(&direction));
+    if length < 1e-6 {
+        return Err(across.error(
+            Problem::OutOfRange,
+            "a normal without direction",
+            "a vector of some length",
+            format!("{:?}", direction.as_slice()),
+        ));
+    }
+    Ok(SurfaceSpec {
+        robot: super::step::robot(cell, &fields.required("robot")?)?,
+        point_m: fields.required("point_m")?.triple()?,
+        normal: (direction / length).into(),
+        edge_m: fields
+            .required("edge_m")?
+            .number("0.01 to 10 m", |edge| (0.01..=10.0).contains(&edge))?,
+        stiffness_n_m: fields
+            .required("stiffness_n_m")?
+            .number("100 to 1e6 N/m", |k| (100.0..=1e6).contains(&k))?,
+    })
 }
 
 fn name<'d>(value: &Value<'d, '_>) -> Result<&'d str, DataError> {
@@ -371,6 +425,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
             "mp_bus",
             "drives",
             "fast_drives",
+            "force_bus",
         ],
     )?;
     let kinds = RobotKind::ALL.map(|kind| (kind.name(), kind));
@@ -411,6 +466,10 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         None => cell.default_drives(&name, kind),
     };
     let fast_drives = fast_drives(cell, &fields, &drives)?;
+    let force_bus = match fields.optional("force_bus") {
+        None => None,
+        Some(value) => Some(force_bus(cell, &value, kind, &drives)?),
+    };
     Ok(RobotSpec {
         name,
         kind,
@@ -421,6 +480,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         mp_bus,
         drives,
         fast_drives,
+        force_bus,
     })
 }
 
@@ -462,6 +522,36 @@ fn fast_drives(
             bus.name.clone(),
         )),
         Some(_) | None => Ok(wanted),
+    }
+}
+
+/// The bus of the force sensor: one of the drives', or one of its own where the node has a port left.
+fn force_bus(
+    cell: &Cell,
+    value: &Value<'_, '_>,
+    kind: RobotKind,
+    drives: &[DriveGroup],
+) -> Result<usize, DataError> {
+    let bus = bus_index(cell, value)?;
+    let wrong = |expected: &str, got: String| {
+        Err(value.error(Problem::Conflict, "a force sensor", expected, got))
+    };
+    if !matches!(kind, RobotKind::Irp6Track | RobotKind::Irp6Postument) {
+        return wrong(
+            "a robot that has one: irp6-track, irp6-postument",
+            kind.name().to_owned(),
+        );
+    }
+    match drives.iter().find(|group| group.bus == bus) {
+        Some(group) if group.axes.len() > 5 => wrong(
+            "a bus with at most five drives: its frames take 13.5 %",
+            format!("{} drives", group.axes.len()),
+        ),
+        None if drives.len() > 1 => wrong(
+            "a bus of its drives: a node has two",
+            "a third one".to_owned(),
+        ),
+        Some(_) | None => Ok(bus),
     }
 }
 

@@ -248,6 +248,7 @@ fn one_move(cell: &Cell, value: &Value<'_, '_>) -> Result<Move, DataError> {
             "path",
             "speed",
             "acceleration",
+            "until_force_n",
         ],
     )?;
     let robot = robot(cell, &fields.required("robot")?)?;
@@ -301,12 +302,43 @@ fn one_move(cell: &Cell, value: &Value<'_, '_>) -> Result<Move, DataError> {
         Some(value) => value.number("greater than 0, at most 1", |v| v > 0.0 && v <= 1.0),
         None => Ok(default),
     };
+    let until_force_n = match fields.optional("until_force_n") {
+        None => None,
+        Some(value) => Some(until_force_n(cell, robot, &target, &value)?),
+    };
     Ok(Move {
         robot,
         target,
         velocity: fraction("speed", velocity)?,
         acceleration: fraction("acceleration", acceleration)?,
+        until_force_n,
     })
+}
+
+/// The change of a force that ends a motion, N: of one on a line, by a robot that feels it.
+fn until_force_n(
+    cell: &Cell,
+    robot: usize,
+    target: &Target,
+    value: &Value<'_, '_>,
+) -> Result<f64, DataError> {
+    let line = PosePath::Line;
+    let on_a_line = matches!(target, Target::Pose { path, .. } if *path == line);
+    let spec = cell.robots.get(robot);
+    if !on_a_line || spec.is_none_or(|robot| robot.force_bus.is_none()) {
+        let got = if on_a_line {
+            "a robot without a force sensor"
+        } else {
+            "another way"
+        };
+        return Err(value.error(
+            Problem::Conflict,
+            "a motion until a force",
+            "a `pose` on a \"line\", and `force_bus` of its robot",
+            got,
+        ));
+    }
+    value.number("greater than 0, at most 1000 N", |n| n > 0.0 && n <= 1000.0)
 }
 
 fn pose(value: &Value<'_, '_>, relative: bool) -> Result<Pose, DataError> {

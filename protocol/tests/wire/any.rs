@@ -64,6 +64,7 @@ fn refusal() -> impl Strategy<Value = Refusal> {
             limit
         }),
         any::<u16>().prop_map(|program| Refusal::UnknownProgram { program }),
+        Just(Refusal::NoForce),
     ]
 }
 
@@ -138,6 +139,7 @@ fn feedback() -> impl Strategy<Value = Feedback> {
         limit_violations: head.0[4],
         acceleration_step: f32::from_bits(head.0[4] & 0x3FFF_FFFF),
         lost: head.0[5],
+        force_n: None,
     })
 }
 

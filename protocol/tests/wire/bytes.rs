@@ -189,6 +189,7 @@ fn the_greatest_sizes_are_reached() {
         limit_violations: u32::MAX,
         acceleration_step: f32::MAX,
         lost: u32::MAX,
+        force_n: Some([f32::MAX; 3]),
     };
     // Causes' codes are below 128 now, but may take three bytes one day.
     assert_eq!(bytes(&feedback).len(), Feedback::MAX - 2);

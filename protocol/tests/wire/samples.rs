@@ -94,6 +94,7 @@ pub(super) fn feedbacks() -> Named<Feedback> {
         limit_violations: 0,
         acceleration_step: 0.0,
         lost: 0,
+        force_n: None,
     };
     let moving = Feedback {
         step: 123_456,
@@ -115,6 +116,7 @@ pub(super) fn feedbacks() -> Named<Feedback> {
         fault: Some(fault()),
         progress: Progress::Failed(Refusal::Aborted),
         lost: 3,
+        force_n: Some([0.5, -2.0, 10.25]),
         ..moving.clone()
     };
     vec![
@@ -272,18 +274,24 @@ pub(super) fn instructions() -> Named<Instruction> {
             },
         ),
         (
-            "follow-path",
-            Instruction::FollowPath {
-                speeds: PoseSpeeds {
-                    velocity_m_s: 0.125,
-                    angular_velocity_rad_s: 1.5,
-                    acceleration_m_s2: 0.5,
-                    angular_acceleration_rad_s2: 4.0,
-                },
+            "move-until-force",
+            Instruction::MoveUntilForce {
+                target: pose(),
+                reference: PoseReference::Tool,
+                speeds: SLOWLY,
+                newtons: 10.0,
             },
         ),
+        ("follow-path", Instruction::FollowPath { speeds: SLOWLY }),
     ]
 }
+
+const SLOWLY: PoseSpeeds = PoseSpeeds {
+    velocity_m_s: 0.125,
+    angular_velocity_rad_s: 1.5,
+    acceleration_m_s2: 0.5,
+    angular_acceleration_rad_s2: 4.0,
+};
 
 fn path_elements() -> Named<PathElement> {
     let corner = Corner {
@@ -487,6 +495,7 @@ pub(super) fn refusals() -> Named<Refusal> {
                 problem: PathProblem::NotAnArc,
             },
         ),
+        ("no-force", Refusal::NoForce),
     ]
 }
 

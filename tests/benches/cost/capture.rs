@@ -78,6 +78,7 @@ pub(crate) fn task(kinds: &[RobotKind], law: ServoLaw) -> Task {
                 target: target(*kind),
                 velocity: SPEED,
                 acceleration: SPEED / 3.0,
+                until_force_n: None,
             })
             .collect(),
     };

@@ -93,6 +93,7 @@ fn feedback() -> Feedback {
         limit_violations: 0,
         acceleration_step: 0.0,
         lost: 0,
+        force_n: None,
     }
 }
 

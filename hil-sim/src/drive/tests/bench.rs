@@ -1,11 +1,13 @@
 //! A node in miniature: one axis, a frame log, SYNC every 2 ms.
 
+use std::collections::VecDeque;
+
 use protocol::canopen::axis::{self, Actual, Inputs, Target};
 use protocol::canopen::cia402::{Goal, Master, Mode, PowerState, Statusword};
 use protocol::canopen::emcy::{Emergency, ErrorCode};
 use protocol::canopen::nmt::{self, Command};
-use protocol::canopen::node::{Function, NodeId, standard};
-use protocol::canopen::sdo::{Address, Client, Outcome, Progress};
+use protocol::canopen::node::{Function, NodeId, frame, standard};
+use protocol::canopen::sdo::{Address, BlockClient, Client, ClientError, Outcome, Progress};
 use protocol::canopen::sync::SyncProducer;
 use protocol::frame::Frame;
 use protocol::time::Micros;
@@ -17,6 +19,52 @@ use crate::plant::parameters::{AxisSetup, RobotSetup, irp6_postument};
 use crate::plant::robot::{Sent, SimRobot};
 
 pub(crate) const CYCLE_NS: u64 = 2 * MS;
+
+/// An SDO client of either kind, at time 0: nothing is ever late here.
+pub(crate) trait Converse {
+    fn download(&mut self, at: Address, value: &[u8]) -> Result<[u8; 8], ClientError>;
+    fn upload(&mut self, at: Address) -> Result<[u8; 8], ClientError>;
+    fn on_answer(&mut self, data: &[u8]) -> Progress;
+    /// What it sends without being asked again.
+    fn next_segment(&mut self) -> Option<[u8; 8]>;
+    fn data(&self) -> &[u8];
+}
+
+impl<const N: usize> Converse for Client<N> {
+    fn download(&mut self, at: Address, value: &[u8]) -> Result<[u8; 8], ClientError> {
+        self.download(Micros(0), at, value)
+    }
+    fn upload(&mut self, at: Address) -> Result<[u8; 8], ClientError> {
+        self.upload(Micros(0), at)
+    }
+    fn on_answer(&mut self, data: &[u8]) -> Progress {
+        self.on_answer(Micros(0), data)
+    }
+    fn next_segment(&mut self) -> Option<[u8; 8]> {
+        None
+    }
+    fn data(&self) -> &[u8] {
+        self.data()
+    }
+}
+
+impl<const N: usize> Converse for BlockClient<N> {
+    fn download(&mut self, at: Address, value: &[u8]) -> Result<[u8; 8], ClientError> {
+        self.download(Micros(0), at, value)
+    }
+    fn upload(&mut self, at: Address) -> Result<[u8; 8], ClientError> {
+        self.upload(Micros(0), at)
+    }
+    fn on_answer(&mut self, data: &[u8]) -> Progress {
+        self.on_answer(Micros(0), data)
+    }
+    fn next_segment(&mut self) -> Option<[u8; 8]> {
+        self.next_segment()
+    }
+    fn data(&self) -> &[u8] {
+        self.data()
+    }
+}
 
 /// A constant weight.
 pub(crate) struct Weight(pub(crate) f64);
@@ -155,13 +203,13 @@ impl Bench {
         let request = client
             .download(Micros(0), Address::new(index, sub), value)
             .unwrap();
-        self.transfer(&mut client, request)
+        self.converse(&mut client, request)
     }
 
     pub(crate) fn read(&mut self, index: u16, sub: u8) -> u32 {
         let mut client = Client::<64>::default();
         let request = client.upload(Micros(0), Address::new(index, sub)).unwrap();
-        let outcome = self.transfer(&mut client, request);
+        let outcome = self.converse(&mut client, request);
         assert_eq!(outcome, Outcome::Uploaded(Address::new(index, sub)));
         client.number().unwrap()
     }
@@ -169,24 +217,43 @@ impl Bench {
     pub(crate) fn text(&mut self, index: u16) -> Vec<u8> {
         let mut client = Client::<64>::default();
         let request = client.upload(Micros(0), Address::new(index, 0)).unwrap();
-        self.transfer(&mut client, request);
+        self.converse(&mut client, request);
         client.data().to_vec()
     }
 
-    fn transfer(&mut self, client: &mut Client<64>, mut request: [u8; 8]) -> Outcome {
-        loop {
-            let cob = self.node.cob(Function::SdoRequest);
-            let sent = self.send(&protocol::canopen::node::frame(cob, request));
-            let answer = self.node.cob(Function::SdoAnswer);
-            let answer = sent
-                .iter()
-                .find(|item| standard(&item.frame) == Some(answer));
-            match client.on_answer(Micros(0), answer.expect("an answer").frame.data()) {
-                Progress::Send(next) => request = next,
-                Progress::Done(outcome) => return outcome,
-                other => panic!("{other:?}"),
+    /// Runs a transfer that begins with this request to its end.
+    pub(crate) fn converse(&mut self, client: &mut dyn Converse, first: [u8; 8]) -> Outcome {
+        let request = self.node.cob(Function::SdoRequest);
+        let answer = Some(self.node.cob(Function::SdoAnswer));
+        let mut waiting = VecDeque::from([first]);
+        // 64 KiB are 9363 segments, each with an answer or a millisecond
+        for _ in 0..40_000 {
+            let sent = if let Some(next) = waiting.pop_front() {
+                self.send(&frame(request, next))
+            } else {
+                let before = self.log.len();
+                self.wait(1);
+                self.log.split_off(before)
+            };
+            for item in sent {
+                if standard(&item.frame) != answer {
+                    continue;
+                }
+                match client.on_answer(item.frame.data()) {
+                    Progress::Send(next) => waiting.push_back(next),
+                    Progress::Done(outcome) => return outcome,
+                    Progress::End(last, outcome) => {
+                        self.send(&frame(request, last));
+                        return outcome;
+                    }
+                    Progress::Ignored => {}
+                }
+                while let Some(segment) = client.next_segment() {
+                    waiting.push_back(segment);
+                }
             }
         }
+        panic!("the transfer never ended");
     }
 
     pub(crate) fn nmt(&mut self, command: Command) {

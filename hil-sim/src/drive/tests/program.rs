@@ -2,11 +2,10 @@
 
 use protocol::canopen::cia402::Mode;
 use protocol::canopen::nmt::Command;
-use protocol::canopen::node::{Function, frame, standard};
-use protocol::canopen::sdo::{Abort, Address, BlockClient, Client, ClientError, Outcome, Progress};
+use protocol::canopen::sdo::{Abort, Address, BlockClient, Client, ClientError, Outcome};
 use protocol::time::Micros;
 
-use super::bench::{Bench, axis_setup};
+use super::bench::{Bench, Converse, axis_setup};
 use crate::drive::{PROGRAM_CAPACITY, flash};
 
 const DATA: Address = Address::new(0x1F50, 1);
@@ -25,95 +24,19 @@ fn program(len: usize) -> Vec<u8> {
         .collect()
 }
 
-/// Any of the two clients.
-enum Any {
-    Segments(Box<Client<CLIENT>>),
-    Blocks(Box<BlockClient<CLIENT>>),
-}
-
-impl Any {
-    fn new(blocks: bool) -> Self {
-        if blocks {
-            Self::Blocks(Box::default())
-        } else {
-            Self::Segments(Box::default())
-        }
+/// Either of the two clients.
+fn client(blocks: bool) -> Box<dyn Converse> {
+    if blocks {
+        Box::new(BlockClient::<CLIENT>::default())
+    } else {
+        Box::new(Client::<CLIENT>::default())
     }
-
-    fn download(&mut self, value: &[u8]) -> Result<[u8; 8], ClientError> {
-        match self {
-            Self::Segments(client) => client.download(Micros(0), DATA, value),
-            Self::Blocks(client) => client.download(Micros(0), DATA, value),
-        }
-    }
-
-    fn upload(&mut self) -> [u8; 8] {
-        let started = match self {
-            Self::Segments(client) => client.upload(Micros(0), DATA),
-            Self::Blocks(client) => client.upload(Micros(0), DATA),
-        };
-        started.unwrap()
-    }
-
-    fn on_answer(&mut self, data: &[u8]) -> Progress {
-        match self {
-            Self::Segments(client) => client.on_answer(Micros(0), data),
-            Self::Blocks(client) => client.on_answer(Micros(0), data),
-        }
-    }
-
-    fn next_segment(&mut self) -> Option<[u8; 8]> {
-        match self {
-            Self::Segments(_) => None,
-            Self::Blocks(client) => client.next_segment(),
-        }
-    }
-
-    fn data(&self) -> &[u8] {
-        match self {
-            Self::Segments(client) => client.data(),
-            Self::Blocks(client) => client.data(),
-        }
-    }
-}
-
-/// Runs a transfer to its end.
-fn run(bench: &mut Bench, client: &mut Any, first: [u8; 8]) -> Outcome {
-    let request = bench.node.cob(Function::SdoRequest);
-    let answer = Some(bench.node.cob(Function::SdoAnswer));
-    let mut waiting = std::collections::VecDeque::from([first]);
-    // 64 KiB are 9363 segments, each with an answer or a millisecond
-    for _ in 0..40_000 {
-        let before = bench.log.len();
-        match waiting.pop_front() {
-            Some(next) => drop(bench.send(&frame(request, next))),
-            None => bench.wait(1),
-        }
-        for item in bench.log.split_off(before) {
-            if standard(&item.frame) != answer {
-                continue;
-            }
-            match client.on_answer(item.frame.data()) {
-                Progress::Send(next) => waiting.push_back(next),
-                Progress::Done(outcome) => return outcome,
-                Progress::End(last, outcome) => {
-                    bench.send(&frame(request, last));
-                    return outcome;
-                }
-                Progress::Ignored => {}
-            }
-            while let Some(segment) = client.next_segment() {
-                waiting.push_back(segment);
-            }
-        }
-    }
-    panic!("the transfer never ended");
 }
 
 fn load(bench: &mut Bench, blocks: bool, value: &[u8]) -> Outcome {
-    let mut client = Any::new(blocks);
-    let first = client.download(value).unwrap();
-    run(bench, &mut client, first)
+    let mut client = client(blocks);
+    let first = client.download(DATA, value).unwrap();
+    bench.converse(&mut *client, first)
 }
 
 /// 1F51, 1F56, 1F57.
@@ -152,9 +75,9 @@ fn a_program_goes_in_and_out_by_segments_and_in_blocks_whatever_its_length() {
             bench.nmt(Command::ResetNode);
             bench.wait(200);
             assert_eq!(told(&mut bench), [1, crc, flash::GOOD]);
-            let mut client = Any::new(!blocks);
-            let first = client.upload();
-            assert_eq!(run(&mut bench, &mut client, first), Outcome::Uploaded(DATA));
+            let mut client = client(!blocks);
+            let first = client.upload(DATA).unwrap();
+            assert_eq!(bench.converse(&mut *client, first), Outcome::Uploaded(DATA));
             assert!(client.data() == value, "{len} {blocks}");
         }
     }

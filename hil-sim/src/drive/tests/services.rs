@@ -5,7 +5,7 @@ use protocol::canopen::emcy::{Emergency, ErrorCode};
 use protocol::canopen::lss::{self, Answer, Fastscan, Identity, Request, Scan};
 use protocol::canopen::nmt::{self, Command};
 use protocol::canopen::node::{Function, frame, standard};
-use protocol::canopen::sdo::{Abort, Address, BlockClient, Outcome, Progress};
+use protocol::canopen::sdo::{Abort, Address, BlockClient, Outcome};
 use protocol::frame::Frame;
 use protocol::time::Micros;
 
@@ -130,44 +130,11 @@ fn a_note_goes_in_and_out_in_blocks() {
     let note: Vec<u8> = (0..=255).collect();
     let mut client = BlockClient::<256>::default();
     let first = client.download(Micros(0), at, &note).unwrap();
-    assert_eq!(run(&mut bench, &mut client, first), Outcome::Downloaded(at));
+    assert_eq!(bench.converse(&mut client, first), Outcome::Downloaded(at));
     let mut client = BlockClient::<256>::default();
     let first = client.upload(Micros(0), at).unwrap();
-    assert_eq!(run(&mut bench, &mut client, first), Outcome::Uploaded(at));
+    assert_eq!(bench.converse(&mut client, first), Outcome::Uploaded(at));
     assert_eq!(client.data(), note);
-}
-
-fn run(bench: &mut Bench, client: &mut BlockClient<256>, first: [u8; 8]) -> Outcome {
-    let request = bench.node.cob(Function::SdoRequest);
-    let answer = Some(bench.node.cob(Function::SdoAnswer));
-    let mut waiting = vec![first];
-    for _ in 0..400 {
-        let sent = if waiting.is_empty() {
-            let before = bench.log.len();
-            bench.wait(1);
-            bench.log.split_off(before)
-        } else {
-            bench.send(&frame(request, waiting.remove(0)))
-        };
-        for item in sent {
-            if standard(&item.frame) != answer {
-                continue;
-            }
-            match client.on_answer(Micros(0), item.frame.data()) {
-                Progress::Send(next) => waiting.push(next),
-                Progress::Done(outcome) => return outcome,
-                Progress::End(last, outcome) => {
-                    bench.send(&frame(request, last));
-                    return outcome;
-                }
-                Progress::Ignored => {}
-            }
-            while let Some(segment) = client.next_segment() {
-                waiting.push(segment);
-            }
-        }
-    }
-    panic!("the transfer never ended");
 }
 
 fn ask(bench: &mut Bench, frame: &Frame) -> Option<Answer> {

@@ -94,6 +94,9 @@ impl Traffic {
     }
 }
 
+/// A force sensor sends a sample, two frames, this often.
+const FORCE_PERIOD: Micros = Micros(2000);
+
 /// What every bus of a cell carries, in the order of the cell; `config` is what its MP is told.
 pub(crate) fn of(cell: &Cell, config: &Config) -> Vec<Traffic> {
     let each = cell.buses.iter().enumerate();
@@ -105,6 +108,11 @@ pub(crate) fn of(cell: &Cell, config: &Config) -> Vec<Traffic> {
         for robot in &cell.robots {
             if robot.mp_bus == number {
                 entries.extend(node(robot, bus, config));
+            }
+            if robot.force_bus == Some(number) {
+                let sample = [budget::worst_classic(IdFormat::Standard, 8); 2];
+                let what = format!("{}: force sensor", robot.name);
+                entries.push(Entry::new(what, &sample, bus.rates(), FORCE_PERIOD));
             }
             for group in robot.drives.iter().filter(|group| group.bus == number) {
                 entries.extend(if robot.fast_drives {
@@ -245,6 +253,7 @@ fn node(robot: &RobotSpec, bus: &BusSpec, config: &Config) -> Vec<Entry> {
         limit_violations: u32::MAX,
         acceleration_step: 0.0,
         lost: u32::MAX,
+        force_n: Some([0.0; 3]),
     };
     let trace = DemandTrace {
         step: u32::MAX,

@@ -2,7 +2,7 @@
 
 use super::comparison::Comparison;
 use firmware::{NodeProcess, Port, Received, Station};
-use hil_sim::cell::{CellError, node};
+use hil_sim::cell::{CellError, Wiring, node};
 use hil_sim::plant::robot::SUBSTEP_NS;
 use protocol::canopen::node::{NodeId as DriveNode, is_from_master};
 use protocol::frame::{Frame, Id};
@@ -27,17 +27,17 @@ pub(super) struct NodeReplay {
 }
 
 impl NodeReplay {
-    /// The node of a robot, begun at time 0; `bus_of_axis` as for [`hil_sim::cell::Cell::add`], `fast` as for
-    /// [`node`].
+    /// The node of a robot, begun at time 0, with its first drive bus.
     pub(super) fn new(
         kind: RobotKind,
         station: &Station,
-        bus_of_axis: &[u8],
         (id, master): (NodeId, DriveNode),
-        (first_bus, fast): (usize, bool),
+        (first_bus, wiring): (usize, &Wiring<'_>),
     ) -> Result<Self, CellError> {
-        let (node, drives) = node(kind, station, bus_of_axis, Micros(0), fast)?;
-        let last = drives.iter().map(|drive| usize::from(drive.bus)).max();
+        let (node, drives) = node(kind, station, wiring, Micros(0))?;
+        let force = wiring.force.map(|force| force.bus);
+        let used = drives.iter().map(|drive| drive.bus).chain(force);
+        let last = used.map(usize::from).max();
         Ok(Self {
             node,
             id,

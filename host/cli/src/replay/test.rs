@@ -27,6 +27,7 @@ fn moved(name: &str) -> (About, Events) {
         plots: vec![],
         json: false,
         quiet: true,
+        faults: Vec::new(),
     };
     let (kind, target) = (robot("conveyor").unwrap(), MoveTarget::Joints(vec![0.2]));
     let task = Task::single_move(kind, target, false, None).unwrap();

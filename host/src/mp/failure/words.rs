@@ -200,6 +200,7 @@ impl fmt::Display for Shown<'_> {
                 write!(f, "program {program} is not linked into this node")
             }
             Refusal::UnknownServoLaw => f.write_str("unknown servo law"),
+            Refusal::NoForce => f.write_str("there is no force sensor that can be read"),
             Refusal::Aborted => f.write_str("ended by a stop or a fault"),
             Refusal::Path { element, problem } => {
                 write!(

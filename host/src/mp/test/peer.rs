@@ -364,6 +364,9 @@ impl Peer {
             }
             Instruction::MovePose {
                 target, reference, ..
+            }
+            | Instruction::MoveUntilForce {
+                target, reference, ..
             } => {
                 let goal = pose(target);
                 let goal = if *reference == PoseReference::Tool {
@@ -427,6 +430,7 @@ impl Peer {
             limit_violations: 0,
             acceleration_step: 0.0,
             lost: 0,
+            force_n: None,
         }
     }
 }

@@ -18,6 +18,25 @@ const LINE_STEP: f64 = 0.01;
 /// Two neighbouring points of a line are nearer than this, rad or m; another branch is not.
 const BRANCH: f64 = 0.5;
 
+/// The whole way of a motion that may end sooner: all of it must be possible.
+pub(super) const fn whole(instruction: &Instruction) -> Option<Instruction> {
+    let Instruction::MoveUntilForce {
+        target,
+        reference,
+        speeds,
+        ..
+    } = instruction
+    else {
+        return None;
+    };
+    Some(Instruction::MovePose {
+        target: *target,
+        reference: *reference,
+        path: PosePath::Line,
+        speeds: *speeds,
+    })
+}
+
 /// One instruction from a place: its way, all of it inside the limits; the place moves on.
 pub(super) fn walk(
     config: &RobotConfig,
@@ -98,6 +117,7 @@ pub(super) fn walk(
         Instruction::Hold { .. }
         | Instruction::Follow
         | Instruction::FollowPath { .. }
+        | Instruction::MoveUntilForce { .. }
         | Instruction::Wait { .. }
         | Instruction::Program { .. } => Ok(Segment::None),
     }

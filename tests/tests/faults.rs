@@ -1,0 +1,66 @@
+//! Faults that are asked for on the command line: what the node says of them, and that nothing else ends the run.
+
+use mrroc_tests::binary;
+
+/// A move of a homed postument, with a fault in it.
+fn broken(fault: &str) -> binary::Output {
+    let joints = "--joints=1.0,-1.5,0.1,1.4,1.2,-1.0";
+    let fault = format!("irp6-postument{fault}@24");
+    binary::run(["move", "irp6-postument", joints, "-q", "--fault", &fault])
+}
+
+#[test]
+fn what_breaks_is_told_with_its_cause_and_its_axis() {
+    for (fault, code, axis) in [
+        ("/1:frozen", 30, "axis 1 (column)"),
+        ("/1:reversed", 33, "axis 1 (column)"),
+        ("/4:garbage", 31, "axis 4 (T)"),
+        ("/2:trip", 40, "axis 2 (lower arm)"),
+        ("/6:silent", 41, "axis 6 (N)"),
+        // behind the third drive, and all of them
+        (".0:cut:3", 41, "axis 4 (T)"),
+        (".0:short", 41, "axis 1 (column)"),
+        (".0:stuck-dominant", 41, "axis 1 (column)"),
+        (".0:wrecked:5", 41, "axis 5 (V)"),
+    ] {
+        let output = broken(fault);
+        assert_eq!(output.code, Some(10), "{fault}: {output:?}");
+        for word in [format!("fault {code}:"), axis.into(), "while Moving".into()] {
+            assert!(
+                output.stderr.contains(&word),
+                "{fault}: no {word:?} in {}",
+                output.stderr
+            );
+        }
+    }
+}
+
+#[test]
+fn what_has_no_part_in_the_motion_ends_nothing() {
+    // switches and index are of homing, which is over
+    for fault in ["/1:switch-on", "/1:no-index", "/1:none"] {
+        let output = broken(fault);
+        assert_eq!(output.code, Some(0), "{fault}: {output:?}");
+    }
+}
+
+#[test]
+fn a_fault_that_cannot_be_is_one_line() {
+    for (fault, words) in [
+        (
+            "irp6-track/1:frozen@1",
+            ["irp6-track/1:frozen@1", "irp6-postument"],
+        ),
+        ("irp6-postument/7:frozen@1", ["7:frozen", "1 to 6"]),
+        ("irp6-postument.1:short@1", [".1:short", "0 to 0"]),
+        ("irp6-postument/1:frozen", ["frozen", "@SECONDS"]),
+        ("irp6-postument/1:melted@1", ["melted", "garbage"]),
+    ] {
+        let output = binary::run(["home", "irp6-postument", "-q", "--fault", fault]);
+        assert_eq!(output.code, Some(64), "{output:?}");
+        assert_eq!(output.stderr.lines().count(), 1, "{output:?}");
+        for word in words {
+            assert!(output.stderr.contains(word), "{fault}: {}", output.stderr);
+        }
+    }
+}
