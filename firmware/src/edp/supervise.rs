@@ -104,7 +104,12 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             *count = if over { count.saturating_add(1) } else { 0 };
             let in_drive = axis.law() == ServoLaw::DrivePosition;
             let (measured, demanded) = (axis.actual_from_zero(), axis.demand_from_zero());
-            let wrong = stuck.step(measured, demanded, in_drive);
+            // an answer that has not come says nothing of the encoder: see DriveSilent
+            let wrong = if link.actual().fresh {
+                stuck.step(measured, demanded, in_drive)
+            } else {
+                None
+            };
             let cause = if wrong == Some(Suspicion::Away) {
                 Cause::Runaway
             } else if link.state() != Some(PowerState::OperationEnabled) {

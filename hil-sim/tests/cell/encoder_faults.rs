@@ -63,3 +63,24 @@ fn a_drive_that_misses_lines_of_its_encoder_says_so() {
     let robot = c.cell.robots().next().unwrap().1;
     assert_eq!(robot.drive(AXIS).unwrap().error_code(), ErrorCode::ENCODER);
 }
+
+/// Two answers that are lost are not yet a silent drive, nor is what is known of the axis a frozen encoder then.
+#[test]
+fn answers_that_do_not_come_are_no_frozen_encoder() {
+    // 57 increments a step, of which 100 are too many
+    let (mut c, _) = fast(45.0);
+    assert!(
+        c.cell
+            .robot_mut(0)
+            .unwrap()
+            .inject(AXIS, Some(DriveFault::Silent))
+    );
+    let now = c.cell.now();
+    c.cell.advance(now + Micros(4000), &mut ());
+    assert!(c.cell.robot_mut(0).unwrap().inject(AXIS, None));
+    for _ in 0..5 {
+        c.macrostep(&mut ());
+    }
+    assert_eq!(c.feedback.as_ref().and_then(|f| f.fault), None);
+    assert_eq!(c.state(), Some(NodeState::Moving));
+}
