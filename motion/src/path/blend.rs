@@ -68,9 +68,10 @@ const INTERVALS: u32 = 16;
 /// Kept below the tolerance for what lies between samples: where only curvatures differ the deviation changes sides half
 /// way, and with `e'' ≤ (2·π)²·e` over the range, `π²/2/16²` of it is 1.9 %.
 const BETWEEN_SAMPLES: f64 = 0.98;
-/// Orientations are compared in f32: what the chord of the angle between them is off at most, rad.
+/// Orientations are compared in f32: what the chord of the angle between them is off at most, rad. A tenth of what
+/// counts as the same orientation.
 const ROUNDING: f64 = 1e-6;
-/// And no more of a tolerance than this is kept free for it: a tenth of what counts as the same orientation.
+/// No more of a tolerance is kept free for it than this share: one below 2e-5 rad is kept to [`ROUNDING`].
 const BETWEEN_TURNS: f64 = 0.05;
 /// The least length of the parameter of a blend, relative to what it replaces.
 const LEAST_RATIO: f64 = 0.5;
