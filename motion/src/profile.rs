@@ -34,7 +34,7 @@ pub use limits::{AxisBounds, AxisLimits, ProfileError, rest_time};
 pub use synchronised::PhaseSynchronised;
 pub use trajectory::{Request, Sampler, Synchronisation, Trajectory, TrajectoryError};
 
-use crate::scalar::{SIXTH, smaller};
+use crate::scalar::{SIXTH, cube_root, smaller};
 
 /// Position, velocity, acceleration and jerk of one axis, in the axis' unit, per s, s², s³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -205,7 +205,7 @@ impl Profile {
                 tv: 0.0,
             };
         }
-        let tj = libm::cbrt(0.5 * (distance / j));
+        let tj = cube_root(0.5 * (distance / j));
         let peak_a = smaller(j * tj, a);
         Self {
             distance,

@@ -1,7 +1,7 @@
 //! A sample of the path, and what it allows s̈ and ṡ² to be.
 
 use super::limits::{Budget, CUBIC_SHARE, Plan};
-use crate::scalar::{larger, smaller};
+use crate::scalar::{cube_root, larger, smaller};
 use core::fmt;
 
 /// The tool's motion at one s; any common frame will do, only norms are used.
@@ -203,7 +203,7 @@ impl<const N: usize> Allowed<N> {
             error_x = larger(error_x, e2 / budget.a);
             second = larger(second, s2 / budget.a);
         }
-        v = smaller(v, libm::cbrt(CUBIC_SHARE * cubic));
+        v = smaller(v, cube_root(CUBIC_SHARE * cubic));
         let most_x = smaller(v * v, smaller(2.0 / second, MOST_SPENT_BETWEEN / error_x));
         let root = libm::sqrt(most_x);
         let mut product = f64::INFINITY;

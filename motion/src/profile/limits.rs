@@ -1,6 +1,6 @@
 //! Limits of one axis, what can be wrong with a request, and the shortest time within limits.
 
-use crate::scalar::larger;
+use crate::scalar::{cube_root, larger};
 use core::fmt;
 
 /// Symmetric limits of one axis: |velocity| ≤ v, |acceleration| ≤ a, |jerk| ≤ j.
@@ -149,6 +149,6 @@ pub fn rest_time(distance: f64, limits: &AxisLimits) -> f64 {
     if distance >= 2.0 * a * tj * tj {
         tj + libm::sqrt(tj * tj + 4.0 * (distance / a))
     } else {
-        4.0 * libm::cbrt(0.5 * (larger(distance, 0.0) / j))
+        4.0 * cube_root(0.5 * (larger(distance, 0.0) / j))
     }
 }

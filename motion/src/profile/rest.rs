@@ -1,7 +1,7 @@
 //! From rest to rest over a distance, with different limits of accelerating and braking.
 
 use super::farthest::{Farthest, Task, pulse};
-use crate::scalar::{larger, smaller};
+use crate::scalar::{cube_root, larger, smaller};
 
 /// The fastest motion of an axis from rest to rest.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,7 @@ fn fastest(task: &Task) -> (Farthest, f64) {
         let one = 2.0 * low * low * low;
         let both = 0.5 * high * high * (high * high / low + low + 2.0 * high);
         if distance <= one {
-            let peak = libm::cbrt(0.5 * distance);
+            let peak = cube_root(0.5 * distance);
             (up, down) = ((peak, 0.0), (peak, 0.0));
         } else {
             let velocity = if distance >= both {
@@ -93,7 +93,7 @@ fn limited_once(distance: f64, low: f64, high: f64) -> f64 {
     let f = |y: f64| y * y * (y * y / low + low + 2.0 * y) - 2.0 * distance;
     let slope = |y: f64| 2.0 * y * (2.0 * y * y / low + low + 3.0 * y);
     // y⁴/A ≥ y³ and A·y² ≤ y³ there: no more than what y³·(1 + 2) gives, nor than the end
-    let mut y = smaller(high, libm::cbrt(2.0 / 3.0 * distance));
+    let mut y = smaller(high, cube_root(2.0 / 3.0 * distance));
     for _ in 0..MOST_NEWTON {
         let step = f(y) / slope(y);
         if step <= 1e-9 * y || step.is_nan() {

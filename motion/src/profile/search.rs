@@ -17,7 +17,7 @@
 
 use super::earliest::allowance;
 use super::farthest::{Farthest, Full, Upward};
-use crate::scalar::{larger, smaller};
+use crate::scalar::{cube_root, larger, smaller};
 
 /// More iterations than bisection needs from any bracket that double precision can hold.
 const MOST_BISECTIONS: u32 = 128;
@@ -332,7 +332,7 @@ impl Free {
 ///
 /// The curve exceeds this cubic where no limit is met and the acceleration passes zero.
 fn above(missing: f64, slope: f64) -> f64 {
-    let mut x = libm::cbrt(32.0 * missing);
+    let mut x = cube_root(32.0 * missing);
     if slope > 0.0 {
         x = smaller(x, missing / slope);
     } else if slope < 0.0 {
