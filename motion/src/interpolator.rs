@@ -1,11 +1,11 @@
 //! From knots to set-points at a fixed step: on the path, within limits, and always able to stop.
 //!
 //! The interpolator runs every servo step on the controller node. It follows polynomial segments between
-//! queued [`Knot`]s: quintic (C2) or, for knots without accelerations, cubic (C1).
+//! queued [`Knot`](crate::Knot)s: quintic (C2) or, for knots without accelerations, cubic (C1).
 //!
 //! **Two kinds of limits.** Knots are held to the *plan* limits: the exact extrema of every segment are
 //! compared when it is made, before anything moves. Set-points keep the *hard* limits, whatever happens:
-//! the room between is what stopping on the path needs (see [`AxisEnvelope`]).
+//! the room between is what stopping on the path needs (see [`AxisEnvelope`](crate::AxisEnvelope)).
 //!
 //! **The path never just ends.** Behind the last knot lies a stop tail: C2 with the path, along its tangent,
 //! to rest, within hard limits and, checked with the piece, within the position limits. It exists for every end

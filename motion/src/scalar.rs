@@ -18,26 +18,6 @@ pub(crate) fn within(x: f64, lower: f64, upper: f64) -> f64 {
     larger(smaller(x, upper), lower)
 }
 
-/// The cube root, off by some units in the last place: Newton's method from a third of the exponent, which is within 5 %.
-///
-/// That of libm takes products and sums with one rounding, which a processor without them makes of many instructions.
-pub(crate) fn cube_root(x: f64) -> f64 {
-    /// ⅔ of the exponent of 1, with what makes the error the same on both sides, in the upper half (W. Kahan).
-    const THIRD: u32 = 715_094_163;
-    let size = libm::fabs(x);
-    if size <= 0.0 || !size.is_finite() {
-        return x;
-    }
-    let [.., a, b, c, d] = size.to_bits().to_le_bytes();
-    let upper = (u32::from_le_bytes([a, b, c, d]) / 3).saturating_add(THIRD);
-    let mut root = f64::from_bits(u64::from(upper) << 32);
-    // errors 5 %, 0.25 %, 6e-6, 4e-11, and rounding
-    for _ in 0..4 {
-        root = (2.0 * root + size / (root * root)) * (1.0 / 3.0);
-    }
-    if x < 0.0 { -root } else { root }
-}
-
 /// -1, 0 or 1.
 pub(crate) fn sign(x: f64) -> f64 {
     if x > 0.0 {
@@ -47,6 +27,25 @@ pub(crate) fn sign(x: f64) -> f64 {
     } else {
         0.0
     }
+}
+
+/// The cube root, to 3 units in the last place. Much smaller than libm's, which rounds correctly by a fused product.
+///
+/// |x| = z·8ᵏ with z from 1/2 to 4, of whose root 3/4 + z/4 is at most 11 % off; three steps of Halley's method, each of which
+/// leaves less than the cube of the error before it: 1.3e-3, 2.3e-9, nothing.
+pub(crate) fn cube_root(x: f64) -> f64 {
+    if libm::fabs(x) <= 0.0 || !x.is_finite() {
+        return x;
+    }
+    let (mantissa, exponent) = libm::frexp(libm::fabs(x));
+    let third = exponent.div_euclid(3);
+    let z = libm::scalbn(mantissa, exponent.rem_euclid(3));
+    let mut root = 0.75 + 0.25 * z;
+    for _ in 0..3 {
+        let cube = root * root * root;
+        root *= (cube + 2.0 * z) / (2.0 * cube + z);
+    }
+    sign(x) * libm::scalbn(root, third)
 }
 
 /// An integer number of microseconds as a float: exact below 2^53 µs (285 years).
@@ -83,21 +82,22 @@ mod test {
     use super::*;
     use proptest::prelude::*;
 
-    proptest! {
-        #[test]
-        fn a_cube_root_is_one(exponent in -300.0..300.0f64) {
-            let x = libm::pow(10.0, exponent);
-            for x in [x, -x] {
-                // rounding of the last step
-                prop_assert!((cube_root(x) / libm::cbrt(x) - 1.0).abs() < 1e-15);
-            }
+    #[test]
+    fn the_cube_root_of_what_has_none_is_itself() {
+        for x in [0.0, -0.0, f64::INFINITY, -f64::INFINITY] {
+            assert_eq!(cube_root(x).to_bits(), x.to_bits());
         }
+        assert!(cube_root(f64::NAN).is_nan());
+        let least = f64::from_bits(1);
+        assert!((cube_root(least) / libm::cbrt(least) - 1.0).abs() < 1e-15);
     }
 
-    #[test]
-    fn what_has_no_cube_root_of_its_own_is_left_alone() {
-        assert_eq!(cube_root(0.0).to_bits(), 0);
-        assert!(cube_root(f64::INFINITY).is_infinite());
-        assert!(cube_root(f64::NAN).is_nan());
+    proptest! {
+        #[test]
+        fn a_cube_root_is_within_three_units_in_the_last_place(mantissa in 1.0..8.0f64, exponent in -300..300i32, negative in any::<bool>()) {
+            let x = libm::scalbn(if negative { -mantissa } else { mantissa }, 3 * exponent);
+            let (root, exact) = (cube_root(x), libm::cbrt(x));
+            prop_assert!((root - exact).abs() <= 3.0 * 2.3e-16 * exact.abs(), "{root} {exact}");
+        }
     }
 }

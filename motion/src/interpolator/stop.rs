@@ -23,6 +23,8 @@ const S_PER_US: f32 = 1e-6;
 /// 2³².
 const WHOLE: f32 = 4_294_967_296.0;
 const FRACTION_BITS: u32 = 32;
+/// 2³²/6.
+const SIXTH: u32 = 715_827_882;
 /// The duration has so many µs more than f32 found, for two phases that last at least one.
 const MORE_US: u32 = 8;
 
@@ -96,7 +98,7 @@ impl AxisStop {
             way: 0,
             v: v0,
             a: a0,
-            sixth: quotient(a1.wrapping_sub(a0).wrapping_div(6), u1)?,
+            sixth: quotient(sixth(a1.wrapping_sub(a0)), u1)?,
         };
         let second = Phase {
             way: first.way_after(u1),
@@ -108,7 +110,7 @@ impl AxisStop {
             way: 0,
             v: 0,
             a: 0,
-            sixth: quotient(a1.wrapping_div(6), u3)?,
+            sixth: quotient(sixth(a1), u3)?,
         };
         third.way = second.way_after(u2).wrapping_sub(third.way_after(u3));
         let turning = turning(v, a, side * limits.j, t1);
@@ -257,6 +259,13 @@ fn integer(x: f32) -> Option<i64> {
 #[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
 const fn float(x: i64) -> f32 {
     x as f32
+}
+
+/// x/6 to a unit, by products: a division of 64 bits takes hundreds of instructions.
+fn sixth(x: i64) -> i64 {
+    let near = times_fraction(x, SIXTH);
+    let left = x.wrapping_sub(near.wrapping_mul(6));
+    near.wrapping_add(times_fraction(left, SIXTH))
 }
 
 /// n·2³²/d to 44 bits: a quotient of f32, and what it leaves once more.
