@@ -69,10 +69,7 @@ fn knots<const W: usize>(path: &mut ToolPath<6, W>) -> Vec<Knot> {
             demanded_joints: Some(from),
             following_error: [0.0; 6],
         },
-        v: Sensors {
-            effort: [0.0; 6],
-            force_n: None,
-        },
+        v: Sensors::NONE,
         t: (),
     };
     let mut b = MoveIn::new(line);

@@ -4,20 +4,23 @@
 //! MP is not here: it is one more tap of the MP wire, and whoever runs it calls [`Cell::advance`].
 //! Nothing reads a clock, so the same inputs give the same bytes.
 
+mod build;
+
+pub use build::{Wiring, node, setup};
+
 use crate::drive::SimDrive;
 use crate::drive::quirk::Quirks;
 use crate::fault::{Breakable, Broken, FaultSpec, Misplaced, Schedule};
 use crate::plant::force_sensor::ForceNode;
 use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
-use crate::plant::parameters::{RobotSetup, robot};
 use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
 use bus::wire::{BusFault, Kind, PostError, Statistics, Tap, Wire};
 use firmware::config::ForceAddress;
-use firmware::{ConfigError, DriveAddress, Node, NodeProcess, Port, Received, Station};
+use firmware::{ConfigError, DriveAddress, NodeProcess, Port, Received, Station};
 use protocol::budget::Rates;
 use protocol::frame::Frame;
 use protocol::time::Micros;
-use robots::{Robot, RobotKind, RobotVisitor};
+use robots::RobotKind;
 
 /// The tap of the MP on the MP wire.
 const MP_TAP: Tap = 0;
@@ -77,39 +80,6 @@ pub enum CellError {
         /// What is wrong.
         source: SetupError,
     },
-}
-
-/// How the drives of a robot, and what else hangs on their buses, are wired.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wiring<'a> {
-    /// On which of its drive buses each axis hangs (see [`firmware::process::drive_buses`]).
-    pub buses: &'a [u8],
-    /// The buses are CAN FD, on which node and drives speak the fast profile ([`protocol::canopen::fast`],
-    /// experimental).
-    pub fast: bool,
-    /// The force sensor in the wrist, if there is one.
-    pub force: Option<ForceAddress>,
-}
-
-impl<'a> Wiring<'a> {
-    /// Classical buses for drives alone.
-    #[must_use]
-    pub const fn classic(buses: &'a [u8]) -> Self {
-        Self {
-            buses,
-            fast: false,
-            force: None,
-        }
-    }
-
-    /// Buses of CAN FD for drives alone.
-    #[must_use]
-    pub const fn fast(buses: &'a [u8]) -> Self {
-        Self {
-            fast: true,
-            ..Self::classic(buses)
-        }
-    }
 }
 
 /// A robot with its node and drive wires.
@@ -572,68 +542,4 @@ impl Place {
             let _ = wire.post(tap, sent.at_ns, sent.frame);
         }
     }
-}
-
-/// The node that every robot of a kind has, begun at `now`, and where it expects its drives.
-///
-/// # Errors
-/// [`CellError`]
-pub fn node(
-    kind: RobotKind,
-    station: &Station,
-    wiring: &Wiring<'_>,
-    now: Micros,
-) -> Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError> {
-    let build = Build {
-        kind,
-        station,
-        wiring,
-        now,
-    };
-    kind.visit(station.track, build)
-}
-
-/// Makes the node of a robot and says where its drives are.
-struct Build<'a> {
-    kind: RobotKind,
-    station: &'a Station,
-    wiring: &'a Wiring<'a>,
-    now: Micros,
-}
-
-impl RobotVisitor for Build<'_> {
-    type Output = Result<(Box<dyn NodeProcess + Send>, Vec<DriveAddress>), CellError>;
-
-    fn visit<R, const N: usize>(self, robot: R) -> Self::Output
-    where
-        R: Robot<N> + Copy + core::fmt::Debug + Send + Sync + 'static,
-    {
-        let wrong = |source| CellError::Config {
-            robot: self.kind,
-            source,
-        };
-        let wiring = self.wiring;
-        let buses = <[u8; N]>::try_from(wiring.buses).map_err(|_| CellError::Axes {
-            robot: self.kind,
-            expected: N,
-            got: wiring.buses.len(),
-        })?;
-        let mut config = self.station.config(buses).map_err(wrong)?;
-        config.fast_drives = wiring.fast;
-        config.force = wiring.force;
-        let node = Node::new(self.now, robot, config).map_err(wrong)?;
-        Ok((Box::new(node), config.drives.to_vec()))
-    }
-}
-
-/// The simulated robot of a kind, its drives where the node expects them.
-#[must_use]
-pub fn setup(kind: RobotKind, drives: &[DriveAddress], seed: u64, quirks: Quirks) -> RobotSetup {
-    let mut setup = robot(kind, seed);
-    for (axis, drive) in setup.axes.iter_mut().zip(drives) {
-        axis.bus = drive.bus;
-        axis.node = drive.id.get();
-        axis.drive.quirks = quirks;
-    }
-    setup
 }

@@ -59,15 +59,17 @@ pub mod path;
 #[cfg(test)]
 mod shipped;
 mod step;
+mod surface;
 #[cfg(test)]
 mod test;
 
 use step::{AXIS_SPEED, POSE_SPEED};
 
 pub use board::{Board, Cutter};
-pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec, SurfaceSpec};
+pub use cell::{BusKind, BusSpec, Cell, DriveGroup, RobotSpec};
 pub use engrave::Engrave;
 pub use path::PathStep;
+pub use surface::SurfaceSpec;
 
 /// A task, checked as far as that is possible without its robots.
 #[derive(Clone, Debug, PartialEq)]

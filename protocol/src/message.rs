@@ -267,8 +267,7 @@ pub enum Instruction {
         /// How fast at most; what the joints cannot follow is slowed down.
         speeds: PoseSpeeds,
     },
-    /// Move the tool along a straight line until the force at the wrist has changed by so much since this began, or to
-    /// its end.
+    /// Move the tool along a straight line to its end, or until the force at the wrist has changed by so much.
     MoveUntilForce {
         /// The pose of the tool.
         target: PoseMessage,
@@ -350,8 +349,7 @@ pub enum Request {
         /// What to do.
         instruction: Instruction,
     },
-    /// End the running instruction at the next rest or, for [`Instruction::Follow`], when the
-    /// queue has run empty.
+    /// End the running instruction at the next rest or, for [`Instruction::Follow`], when the queue has run empty.
     EndMotion {
         /// The epoch of the lease.
         epoch: u32,
@@ -389,8 +387,7 @@ pub enum Request {
     },
     /// More of the path of the running [`Instruction::FollowPath`]; answered by [`Reply::Path`].
     ///
-    /// Elements that are known already are skipped, elements beyond a gap or without room are left: the
-    /// answer says which is wanted next.
+    /// What is known already is skipped, what is beyond a gap or has no room is left: the answer says what is wanted.
     Path {
         /// The epoch of the lease.
         epoch: u32,
@@ -515,13 +512,11 @@ pub struct Feedback {
     pub following_error: PerAxis<u32>,
     /// Set-points that broke a limit since boot (each was stopped before it was sent).
     pub limit_violations: u32,
-    /// Greatest step of acceleration since the last message, rad/s² of a motor shaft: where a cubic
-    /// segment began because its knot brought no acceleration. 0 with quintic segments.
+    /// Greatest step of acceleration since the last message, rad/s² of a motor; 0 unless a knot brought none.
     pub acceleration_step: f32,
     /// Cyclic messages lost since the lease began.
     pub lost: u32,
-    /// The force at the wrist, N along the axes of its sensor, weight of the tool included; none without a sensor that
-    /// can be read.
+    /// The force at the wrist, N along its sensor's axes, the tool's weight included; none if none can be read.
     pub force_n: Option<[f32; 3]>,
 }
 

@@ -58,6 +58,14 @@ pub struct Sensors<const N: usize> {
     pub force_n: Option<f64>,
 }
 
+impl<const N: usize> Sensors<N> {
+    /// Nothing read yet.
+    pub const NONE: Self = Self {
+        effort: [0.0; N],
+        force_n: None,
+    };
+}
+
 /// `yc_e`: what the ECP demands of the EDP for the next macrostep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Demand<const N: usize> {

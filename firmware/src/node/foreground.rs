@@ -86,10 +86,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             work: Work::new(macrostep),
             edp: Edp::new(now, robot, setup),
             effort,
-            sensors: Sensors {
-                effort: [0.0; N],
-                force_n: None,
-            },
+            sensors: Sensors::NONE,
             wrist: Wrist::new(config.force),
             guarded: false,
             period,

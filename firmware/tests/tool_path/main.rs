@@ -127,10 +127,7 @@ impl Run {
                     demanded_joints: Some(FROM),
                     following_error: [0.0; N],
                 },
-                v: Sensors {
-                    effort: [0.0; N],
-                    force_n: None,
-                },
+                v: Sensors::NONE,
                 t: (),
             };
             match self.running.step(&mut self.path, &x) {

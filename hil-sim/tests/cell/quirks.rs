@@ -55,8 +55,8 @@ fn each_quirk_is_survived_or_refused_with_its_cause() {
             | Quirk::EmergencyBeforeBootUp => None,
             // without the period the drive would interpolate wrongly
             Quirk::NoInterpolationPeriod => Some(Cause::DriveConfiguration),
-            // an axis that moves by itself does not follow
-            Quirk::HomesItself => Some(Cause::FollowingError),
+            // an axis that moves by itself goes away from where it is told
+            Quirk::HomesItself => Some(Cause::Runaway),
             // a PDO of another length is none
             Quirk::ShortPdo => Some(Cause::DriveSilent),
             // it never stays enabled; old faults are being reset meanwhile

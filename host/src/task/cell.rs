@@ -3,6 +3,7 @@
 use super::board::{self, Board};
 use super::document::{Document, Fields, Value, one_of};
 use super::kind::{drive_groups, t_world_base};
+use super::surface::{self, SurfaceSpec};
 use crate::input::{DataError, Files, LoadError, Problem, shown};
 use motion::pose::Pose;
 use nalgebra::Vector3;
@@ -29,21 +30,6 @@ pub struct Cell {
     pub board: Option<Board>,
     /// What stands in the way of tools, where the cell is simulated.
     pub surfaces: Vec<SurfaceSpec>,
-}
-
-/// A square plate, as thick as a tenth of its edge, that a tool can touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceSpec {
-    /// Index in [`Cell::robots`] of the robot whose tool it is for.
-    pub robot: usize,
-    /// The middle of the face that is touched, in that robot's base frame, m.
-    pub point_m: [f64; 3],
-    /// Out of that face, of length 1.
-    pub normal: [f64; 3],
-    /// Its edge, m.
-    pub edge_m: f64,
-    /// N/m
-    pub stiffness_n_m: f64,
 }
 
 /// A robot of the cell.
@@ -317,37 +303,10 @@ fn from_fields(fields: &Fields<'_, '_>) -> Result<Cell, DataError> {
     }
     if let Some(surfaces) = fields.optional("surface") {
         for value in surfaces.list()? {
-            cell.surfaces.push(surface(&cell, &value)?);
+            cell.surfaces.push(surface::read(&cell, &value)?);
         }
     }
     Ok(cell)
-}
-
-fn surface(cell: &Cell, value: &Value<'_, '_>) -> Result<SurfaceSpec, DataError> {
-    let keys = ["robot", "point_m", "normal", "edge_m", "stiffness_n_m"];
-    let fields = value.fields("a surface", &keys)?;
-    let across = fields.required("normal")?;
-    let direction = Vector3::from(across.triple()?);
-    let length = libm::sqrt(direction.dot(&direction));
-    if length < 1e-6 {
-        return Err(across.error(
-            Problem::OutOfRange,
-            "a normal without direction",
-            "a vector of some length",
-            format!("{:?}", direction.as_slice()),
-        ));
-    }
-    Ok(SurfaceSpec {
-        robot: super::step::robot(cell, &fields.required("robot")?)?,
-        point_m: fields.required("point_m")?.triple()?,
-        normal: (direction / length).into(),
-        edge_m: fields
-            .required("edge_m")?
-            .number("0.01 to 10 m", |edge| (0.01..=10.0).contains(&edge))?,
-        stiffness_n_m: fields
-            .required("stiffness_n_m")?
-            .number("100 to 1e6 N/m", |k| (100.0..=1e6).contains(&k))?,
-    })
 }
 
 fn name<'d>(value: &Value<'d, '_>) -> Result<&'d str, DataError> {
