@@ -19,8 +19,8 @@
 //! is 90 rad/s at servo steps of 2 ms and 180 rad/s at 1 ms: the loop's delay of one and a half steps then
 //! costs 15° of phase on any robot. With direct drives ω = 0.08/Ts = 40 rad/s: there encoders are the limit.
 //!
-//! What another law gave beyond the model when this one takes over (payload, dry friction) is given on as a constant torque:
-//! so currents do not jump, and where it is wrong later the integral corrects it.
+//! What another law gave beyond the model when this one takes over (payload, dry friction) is given on, and fades while the
+//! integral takes its place: so currents do not jump, and in motion there is nothing of it left.
 //!
 //! Until all axes are homed no posture is known: then feed-forward closes the loops.
 //!
@@ -49,6 +49,9 @@ const COULOMB_BLEND: f64 = 0.002;
 /// The time in which the model takes over from the integrals of drives that hold an arm, s: five times what these
 /// take to give way, at 10 1/s.
 const OFFSET_RAMP_S: f64 = 0.5;
+
+/// In which the torque of another law fades, s: about as slowly as the integral rises.
+const HELD_S: f32 = 0.1;
 
 /// What the law needs of one motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +87,7 @@ pub struct ComputedTorque<const N: usize> {
     ts: f32,
     /// ∫e dt, rad·s.
     integral: [f32; N],
-    /// What another law gave beyond the model when this one took over, N·m: given on, as a constant.
+    /// What is left of what another law gave beyond the model when this one took over, N·m.
     held: [f32; N],
     last_actual: Option<[i64; N]>,
     /// It gave the torque of the last step.
@@ -204,11 +207,12 @@ impl<const N: usize> ComputedTorque<N> {
         let states = self.integral.iter_mut().zip(measured);
         for (((current, held), motor), (integral, measured)) in currents
             .iter_mut()
-            .zip(self.held)
+            .zip(&mut self.held)
             .zip(&self.motors)
             .zip(states)
         {
-            let torque = *current + held;
+            let torque = *current + *held;
+            *held -= *held * self.ts / HELD_S;
             let bounded = if torque > motor.limit {
                 motor.limit
             } else if torque < -motor.limit {
