@@ -85,6 +85,22 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             self.stuck.iter_mut().for_each(Stuck::reset);
             return;
         }
+        let found = self.wrong_axis(currents_ma);
+        if let Some((cause, axis)) = found
+            && !latched
+        {
+            if cause == Cause::Runaway
+                && let Some(axis) = self.axes.get_mut(axis)
+            {
+                // what its encoder tells cannot be trusted
+                axis.homed = false;
+            }
+            self.raise(now, cause, Some(axis));
+        }
+    }
+
+    /// The axis whose loop is wrong, and how: one that runs away, else the first.
+    fn wrong_axis(&mut self, currents_ma: &[f32; N]) -> Option<(Cause, usize)> {
         let velocity = self
             .interpolator
             .get()
@@ -126,17 +142,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
                 found = Some((cause, k));
             }
         }
-        if let Some((cause, axis)) = found
-            && !latched
-        {
-            if cause == Cause::Runaway
-                && let Some(axis) = self.axes.get_mut(axis)
-            {
-                // what its encoder tells cannot be trusted
-                axis.homed = false;
-            }
-            self.raise(now, cause, Some(axis));
-        }
+        found
     }
 
     /// Joint limits, once homed.

@@ -585,10 +585,8 @@ fn small_arcs_are_rounded_within_the_acceleration_asked_for() {
             .map(|[m]| run.tool(&m.position).position)
             .collect();
         let worst = tool.windows(3).fold(0.0f64, |worst, w| {
-            larger(
-                worst,
-                ((w[2] - w[1]) - (w[1] - w[0])).norm() / (125e-6 * 125e-6),
-            )
+            let bent = (w[2] - w[1]) - (w[1] - w[0]);
+            larger(worst, bent.norm() / (125e-6 * 125e-6))
         });
         let fastest = tool.windows(2).fold(0.0f64, |most, w| {
             larger(most, (w[1] - w[0]).norm() / 125e-6)
