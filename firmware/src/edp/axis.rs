@@ -341,6 +341,13 @@ impl Axis {
         }
     }
 
+    /// The window of the following error at standstill, drive units.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a saturating cast")]
+    pub fn window_at_rest(&self) -> i64 {
+        (self.constants.following_window * WINDOW_AT_REST) as i64
+    }
+
     /// Has the following error left its window? The window opens with speed (rad/s).
     #[must_use]
     pub fn beyond_window(&self, velocity: f32) -> bool {

@@ -4,23 +4,32 @@
 //! the axis runs away: behind a frozen encoder the drive's loop gets nothing for its torque, and behind one that
 //! counts the wrong way it pushes ever harder. A healthy axis may lag behind, but it moves, and not away.
 
-use protocol::units::UNITS_PER_INCREMENT;
+/// How far the demand may move while the encoder counts nothing, in windows of the following error at rest, where the
+/// loop is closed here: twice what was found where friction holds an axis of the IRp-6 at the beginning of a motion (92
+/// increments of 400, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
+const STILL: Share = Share(1, 2);
+/// The same where the drive closes the loop, which is stiffer: see `hil-sim/README.md` for what was found.
+const STILL_IN_DRIVE: Share = Share(1, 4);
 
-/// How far the demand may move while the encoder counts nothing, drive units, where the loop is closed here: half of the
-/// following error's window at rest, and twice what was found where friction holds an axis at the beginning of a motion
-/// (92 increments, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
-const STILL: i64 = 200 * UNITS_PER_INCREMENT;
-/// The same where the drive closes the loop, which is stiffer.
-const STILL_IN_DRIVE: i64 = 100 * UNITS_PER_INCREMENT;
+/// How far the encoder may go against the demand: 60 increments of the IRp-6, twice what an axis that lags 10 ms behind
+/// goes on when its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad.
+const AWAY: Share = Share(3, 20);
+/// How far the demand must have gone meanwhile: 5 increments.
+const TOLD: Share = Share(1, 80);
+/// How far the encoder may go where the demand stands: an axis may give way to what pushes it, one without gears by some
+/// ten milliradians when its brake opens, but half of the window without becoming slower is more than that.
+const AWAY_AT_REST: Share = Share(1, 2);
 
-/// How far the encoder may go against the demand, drive units: twice what an axis that lags 10 ms behind goes on when
-/// its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad, of 4000 increments a turn.
-const AWAY: i64 = 60 * UNITS_PER_INCREMENT;
-/// How far the demand must have gone meanwhile, drive units.
-const TOLD: i64 = 5 * UNITS_PER_INCREMENT;
-/// How far the encoder may go where the demand stands, drive units: an axis may give way to what pushes it, but half of
-/// the following error's window at rest without becoming slower is more than that.
-const AWAY_AT_REST: i64 = 200 * UNITS_PER_INCREMENT;
+/// A share of the following error's window at rest.
+#[derive(Clone, Copy)]
+struct Share(i64, i64);
+
+impl Share {
+    /// Drive units, of a window in them.
+    const fn of(self, window: i64) -> i64 {
+        window.saturating_mul(self.0) / self.1
+    }
+}
 
 /// What an encoder does that it should not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,17 +59,19 @@ impl Stuck {
         (self.still, self.apart) = (None, None);
     }
 
-    /// Another step. Both in drive units, of the same instant; `in_drive`: the drive closes the loop.
+    /// Another step. Both in drive units, of the same instant, and so is the window of the following error at rest;
+    /// `in_drive`: the drive closes the loop.
     pub(super) fn step(
         &mut self,
         measured: i64,
         demanded: i64,
+        window: i64,
         in_drive: bool,
     ) -> Option<Suspicion> {
-        if self.goes_away(measured, demanded) {
+        if self.goes_away(measured, demanded, window) {
             return Some(Suspicion::Away);
         }
-        let most = if in_drive { STILL_IN_DRIVE } else { STILL };
+        let most = if in_drive { STILL_IN_DRIVE } else { STILL }.of(window);
         match self.still {
             Some((before, began)) if before == measured => {
                 let far = demanded.saturating_sub(began).saturating_abs() > most;
@@ -75,7 +86,7 @@ impl Stuck {
 
     /// Have the two moved apart, one against the other, far enough, and in this step as fast as in the others? What is
     /// pushed off by something it has met becomes slower.
-    fn goes_away(&mut self, measured: i64, demanded: i64) -> bool {
+    fn goes_away(&mut self, measured: i64, demanded: i64, window: i64) -> bool {
         let moved = measured.saturating_sub(core::mem::replace(&mut self.last, measured));
         let (way, told) = self.apart.map_or((0, 0), |(before, began)| {
             (
@@ -83,19 +94,23 @@ impl Stuck {
                 demanded.saturating_sub(began),
             )
         });
-        if moved == 0 || way == 0 || way.signum().saturating_mul(told.signum()) > 0 {
+        // towards the demand, from wherever, is no way off
+        let off = measured.saturating_sub(demanded);
+        let nearer = off.signum().saturating_mul(moved.signum()) < 0;
+        let with = way.signum().saturating_mul(told.signum()) > 0;
+        if moved == 0 || way == 0 || nearer || with {
             self.apart = Some((measured, demanded));
             self.steps = 0;
             return false;
         }
         self.steps = self.steps.saturating_add(1);
         let keeps = moved.saturating_abs().saturating_mul(self.steps) >= way.saturating_abs();
-        let most = if told.saturating_abs() > TOLD {
+        let most = if told.saturating_abs() > TOLD.of(window) {
             AWAY
         } else {
             AWAY_AT_REST
         };
-        keeps && way.saturating_abs() > most
+        keeps && way.saturating_abs() > most.of(window)
     }
 }
 
@@ -103,20 +118,26 @@ impl Stuck {
 mod test {
     use super::*;
     use proptest::prelude::*;
+    use protocol::units::UNITS_PER_INCREMENT;
 
     const INCREMENT: i64 = UNITS_PER_INCREMENT;
+    /// That of the IRp-6.
+    const WINDOW: i64 = 400 * INCREMENT;
 
     #[test]
     fn a_frozen_encoder_is_found_when_the_demand_has_moved_far_enough() {
         for (in_drive, increments) in [(false, 21), (true, 11)] {
             let mut stuck = Stuck::default();
             // 210 or 110 after ten
-            let mut step = |k| stuck.step(7, 500 + increments * INCREMENT * k, in_drive);
+            let mut step = |k| stuck.step(7, 500 + increments * INCREMENT * k, WINDOW, in_drive);
             let found = (0..20).position(|k| step(k).is_some());
             assert_eq!(found, Some(10));
             stuck.reset();
-            assert_eq!(stuck.step(7, i64::MAX, in_drive), None);
-            assert_eq!(stuck.step(7, i64::MIN, in_drive), Some(Suspicion::Still));
+            assert_eq!(stuck.step(7, i64::MAX, WINDOW, in_drive), None);
+            assert_eq!(
+                stuck.step(7, i64::MIN, WINDOW, in_drive),
+                Some(Suspicion::Still)
+            );
         }
     }
 
@@ -125,7 +146,8 @@ mod test {
         // 16 increments a step against 16
         let mut stuck = Stuck::default();
         let found = (0..20).find(|k| {
-            stuck.step(-16 * INCREMENT * k, 16 * INCREMENT * k, true) == Some(Suspicion::Away)
+            stuck.step(-16 * INCREMENT * k, 16 * INCREMENT * k, WINDOW, true)
+                == Some(Suspicion::Away)
         });
         assert_eq!(found, Some(4));
         // the same way, but ever slower
@@ -134,14 +156,27 @@ mod test {
         for k in 0..30 {
             place -= (16 - k).max(0) * INCREMENT;
             assert_ne!(
-                stuck.step(place, INCREMENT * k, true),
+                stuck.step(place, INCREMENT * k, WINDOW, true),
                 Some(Suspicion::Away),
                 "{k}"
             );
         }
+        // far ahead of a demand that comes, it goes to meet it
+        let mut stuck = Stuck::default();
+        for k in 0..60 {
+            let found = stuck.step((1000 - 16 * k) * INCREMENT, k * INCREMENT, WINDOW, true);
+            assert_ne!(found, Some(Suspicion::Away), "{k}");
+        }
+        // pushed away at rest, and on its way back when the demand goes on
+        let mut stuck = Stuck::default();
+        for (k, place) in (0..).zip((0..18).chain((0..18).rev())) {
+            let told = if k < 18 { 0 } else { 6 * k };
+            let found = stuck.step(10 * INCREMENT * place, -told * INCREMENT, WINDOW, true);
+            assert_ne!(found, Some(Suspicion::Away), "{k}");
+        }
         // at rest it may be pushed away, but not for ever
         let mut stuck = Stuck::default();
-        let found = (0..100).find(|k| stuck.step(10 * INCREMENT * k, 0, true).is_some());
+        let found = (0..100).find(|k| stuck.step(10 * INCREMENT * k, 0, WINDOW, true).is_some());
         assert_eq!(found, Some(21));
     }
 
@@ -157,7 +192,7 @@ mod test {
             for step in steps {
                 demand += step * INCREMENT;
                 let measured = lagging(&mut place, share, demand);
-                prop_assert_ne!(stuck.step(measured, demand, true), Some(Suspicion::Still));
+                prop_assert_ne!(stuck.step(measured, demand, WINDOW, true), Some(Suspicion::Still));
             }
         }
 
@@ -174,7 +209,7 @@ mod test {
                     velocity = (velocity + acceleration * INCREMENT).clamp(-60 * INCREMENT, 60 * INCREMENT);
                     demand += velocity;
                     let measured = lagging(&mut place, share, demand);
-                    prop_assert_ne!(stuck.step(measured, demand, true), Some(Suspicion::Away));
+                    prop_assert_ne!(stuck.step(measured, demand, WINDOW, true), Some(Suspicion::Away));
                 }
             }
         }

@@ -122,7 +122,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             let (measured, demanded) = (axis.actual_from_zero(), axis.demand_from_zero());
             // an answer that has not come says nothing of the encoder: see DriveSilent
             let wrong = if link.actual().fresh {
-                stuck.step(measured, demanded, in_drive)
+                stuck.step(measured, demanded, axis.window_at_rest(), in_drive)
             } else {
                 None
             };
