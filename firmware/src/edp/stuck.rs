@@ -4,6 +4,8 @@
 //! the axis runs away: behind a frozen encoder the drive's loop gets nothing for its torque, and behind one that
 //! counts the wrong way it pushes ever harder. A healthy axis may lag behind, but it moves, and not away.
 
+use protocol::units::UNITS_PER_INCREMENT;
+
 /// How far the demand may move while the encoder counts nothing, in windows of the following error at rest, where the
 /// loop is closed here: twice what was found where friction holds an axis of the IRp-6 at the beginning of a motion (92
 /// increments of 400, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
@@ -11,11 +13,13 @@ const STILL: Share = Share(1, 2);
 /// The same where the drive closes the loop, which is stiffer: see `hil-sim/README.md` for what was found.
 const STILL_IN_DRIVE: Share = Share(1, 4);
 
-/// How far the encoder may go against the demand: 60 increments of the IRp-6, twice what an axis that lags 10 ms behind
-/// goes on when its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad.
-const AWAY: Share = Share(3, 20);
-/// How far the demand must have gone meanwhile: 5 increments.
-const TOLD: Share = Share(1, 80);
+/// How far the encoder may go against the demand, drive units: twice what an axis that lags 10 ms behind goes on when
+/// its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad, of 4000 increments a turn,
+const AWAY: i64 = 60 * UNITS_PER_INCREMENT;
+/// or this, if it is more: an axis without gears swings by some milliradians more after its brake has opened.
+const AWAY_SHARE: Share = Share(1, 10);
+/// How far the demand must have gone meanwhile, drive units.
+const TOLD: i64 = 5 * UNITS_PER_INCREMENT;
 /// How far the encoder may go where the demand stands: an axis may give way to what pushes it, one without gears by some
 /// ten milliradians when its brake opens, but half of the window without becoming slower is more than that.
 const AWAY_AT_REST: Share = Share(1, 2);
@@ -105,12 +109,12 @@ impl Stuck {
         }
         self.steps = self.steps.saturating_add(1);
         let keeps = moved.saturating_abs().saturating_mul(self.steps) >= way.saturating_abs();
-        let most = if told.saturating_abs() > TOLD.of(window) {
-            AWAY
+        let most = if told.saturating_abs() > TOLD {
+            AWAY.max(AWAY_SHARE.of(window))
         } else {
-            AWAY_AT_REST
+            AWAY_AT_REST.of(window)
         };
-        keeps && way.saturating_abs() > most.of(window)
+        keeps && way.saturating_abs() > most
     }
 }
 
@@ -118,7 +122,6 @@ impl Stuck {
 mod test {
     use super::*;
     use proptest::prelude::*;
-    use protocol::units::UNITS_PER_INCREMENT;
 
     const INCREMENT: i64 = UNITS_PER_INCREMENT;
     /// That of the IRp-6.
