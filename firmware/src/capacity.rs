@@ -7,8 +7,8 @@ pub const KNOT_QUEUE: usize = 8;
 /// macrosteps ahead; as many again for a burst after a stall.
 pub const KNOT_INBOX: usize = 10;
 
-/// Knots of one plan of the ECP. A path has two a macrostep; of tight coordination it takes up to two in half a
-/// macrostep, where a coordinator sends one in a whole.
+/// Knots of one plan of the ECP. A path has two a macrostep; of tight coordination it takes up to two in the time
+/// until the hand-over, where a coordinator sends one in a macrostep.
 pub const KNOTS_PER_PLAN: usize = 2;
 
 /// Sessions of the MP link: 2 kinds (command, request) for the coordinator and for one more that

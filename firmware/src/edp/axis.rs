@@ -25,6 +25,8 @@ pub struct AxisConstants {
     pub feed_forward: FeedForwardGains,
     /// Following error at which the axis trips at full speed, drive units.
     pub following_window: f32,
+    /// The same at standstill, drive units.
+    pub window_at_rest: i64,
     /// Velocity at which the whole window is open, rad/s.
     pub full_speed: f32,
     /// The encoder cannot move farther in one step, drive units.
@@ -46,6 +48,11 @@ pub struct Reference {
 const MEAN_SHARE: f32 = 1.0 / 16.0;
 /// The part of the following-error window that is open at standstill.
 const WINDOW_AT_REST: f32 = 0.4;
+
+/// What is open at standstill of a window, drive units.
+pub(super) const fn at_rest(window: i64) -> i64 {
+    window.saturating_mul(2) / 5
+}
 
 /// The variable state of one axis.
 #[derive(Clone, Debug)]
@@ -343,9 +350,8 @@ impl Axis {
 
     /// The window of the following error at standstill, drive units.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "a saturating cast")]
-    pub fn window_at_rest(&self) -> i64 {
-        (self.constants.following_window * WINDOW_AT_REST) as i64
+    pub const fn window_at_rest(&self) -> i64 {
+        self.constants.window_at_rest
     }
 
     /// Has the following error left its window? The window opens with speed (rad/s).

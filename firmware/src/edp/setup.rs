@@ -245,6 +245,9 @@ fn constants(axis: &AxisDescription, factor: f64) -> AxisConstants {
         following_window: whole(saturate(
             i64::from(axis.following_error_increments) * UNITS_PER_INCREMENT,
         )),
+        window_at_rest: super::axis::at_rest(
+            i64::from(axis.following_error_increments) * UNITS_PER_INCREMENT,
+        ),
         full_speed: narrow(axis.hard_limits.velocity * factor),
         jump_units: i64::from(axis.max_increments_per_step) * UNITS_PER_INCREMENT,
     }

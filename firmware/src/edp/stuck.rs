@@ -9,29 +9,29 @@ use protocol::units::UNITS_PER_INCREMENT;
 /// How far the demand may move while the encoder counts nothing, in windows of the following error at rest, where the
 /// loop is closed here: twice what was found where friction holds an axis of the IRp-6 at the beginning of a motion (92
 /// increments of 400, with the original's law). At 16 rad/s and 4000 increments a turn that is 10 steps of 2 ms.
-const STILL: Share = Share(1, 2);
+const STILL: Share = Share(1, 1);
 /// The same where the drive closes the loop, which is stiffer: see `hil-sim/README.md` for what was found.
-const STILL_IN_DRIVE: Share = Share(1, 4);
+const STILL_IN_DRIVE: Share = Share(1, 2);
 
 /// How far the encoder may go against the demand, drive units: twice what an axis that lags 10 ms behind goes on when
 /// its demand turns round at 900 rad/s², a·τ²/2 = 0.045 rad, of 4000 increments a turn,
 const AWAY: i64 = 60 * UNITS_PER_INCREMENT;
 /// or this, if it is more: an axis without gears swings by some milliradians more after its brake has opened.
-const AWAY_SHARE: Share = Share(1, 10);
+const AWAY_SHARE: Share = Share(3, 5);
 /// How far the demand must have gone meanwhile, drive units.
 const TOLD: i64 = 5 * UNITS_PER_INCREMENT;
 /// How far the encoder may go where the demand stands: an axis may give way to what pushes it, one without gears by some
 /// ten milliradians when its brake opens, but half of the window without becoming slower is more than that.
-const AWAY_AT_REST: Share = Share(1, 2);
+const AWAY_AT_REST: Share = Share(1, 1);
 
-/// A share of the following error's window at rest.
+/// A share of the following error's window at rest, in 2⁻ᵏ: divisions of 64 bits cost a microcontroller hundreds of instructions.
 #[derive(Clone, Copy)]
-struct Share(i64, i64);
+struct Share(i64, u32);
 
 impl Share {
     /// Drive units, of a window in them.
     const fn of(self, window: i64) -> i64 {
-        window.saturating_mul(self.0) / self.1
+        window.saturating_mul(self.0) >> self.1
     }
 }
 
@@ -75,10 +75,10 @@ impl Stuck {
         if self.goes_away(measured, demanded, window) {
             return Some(Suspicion::Away);
         }
-        let most = if in_drive { STILL_IN_DRIVE } else { STILL }.of(window);
         match self.still {
             Some((before, began)) if before == measured => {
-                let far = demanded.saturating_sub(began).saturating_abs() > most;
+                let most = if in_drive { STILL_IN_DRIVE } else { STILL };
+                let far = demanded.saturating_sub(began).saturating_abs() > most.of(window);
                 far.then_some(Suspicion::Still)
             }
             _ => {
@@ -108,13 +108,18 @@ impl Stuck {
             return false;
         }
         self.steps = self.steps.saturating_add(1);
-        let keeps = moved.saturating_abs().saturating_mul(self.steps) >= way.saturating_abs();
+        let far = way.saturating_abs();
+        if far <= AWAY {
+            // the least of them
+            return false;
+        }
+        let keeps = moved.saturating_abs().saturating_mul(self.steps) >= far;
         let most = if told.saturating_abs() > TOLD {
             AWAY.max(AWAY_SHARE.of(window))
         } else {
             AWAY_AT_REST.of(window)
         };
-        keeps && way.saturating_abs() > most
+        keeps && far > most
     }
 }
 
