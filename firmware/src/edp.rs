@@ -8,6 +8,7 @@
 pub mod axis;
 pub mod computed;
 pub mod drives;
+mod encoder_watch;
 pub(crate) mod envelopes;
 mod holder;
 pub mod homing;
@@ -16,7 +17,6 @@ pub mod mode;
 mod queue;
 pub mod servo;
 mod setup;
-mod stuck;
 mod supervise;
 mod synchronise;
 
@@ -27,6 +27,7 @@ use crate::io::Port;
 use axis::{Axis, Reference};
 use computed::ComputedTorque;
 use drives::{DriveLink, Drives, Task};
+use encoder_watch::EncoderWatch;
 use envelopes::{UNBOUNDED, bounds};
 use holder::Holder;
 use limits::Gate;
@@ -39,7 +40,6 @@ use protocol::frame::Frame;
 use protocol::message::{HomingPhase, NodeState, ServoLaw};
 use protocol::time::Micros;
 use robots::{JointGuard, Motors, Robot};
-use stuck::Stuck;
 use synchronise::HomingRun;
 
 /// What homing reports to the outside.
@@ -72,7 +72,7 @@ pub struct Edp<R, const N: usize> {
     homing_report: Option<HomingProgress>,
     queue_end: Motors<N>,
     overcurrent: [u8; N],
-    stuck: [Stuck; N],
+    encoders: [EncoderWatch; N],
     enabling_since: Micros,
     quick_stop_taken: bool,
     /// A feed hold ends the path: nothing of what is left of it will be run.
@@ -114,7 +114,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             homing_report: None,
             queue_end: Motors([0.0; N]),
             overcurrent: [0; N],
-            stuck: [Stuck::default(); N],
+            encoders: [EncoderWatch::default(); N],
             enabling_since: now,
             quick_stop_taken: false,
             coming_to_rest: false,

@@ -46,10 +46,8 @@ pub struct Reference {
 
 /// The share of a step in the mean of the torque that holds an axis: of the last 16 steps, about.
 const MEAN_SHARE: f32 = 1.0 / 16.0;
-/// The part of the following-error window that is open at standstill.
-const WINDOW_AT_REST: f32 = 0.4;
 
-/// What is open at standstill of a window, drive units.
+/// What is open at standstill of a window of the following error, drive units: two fifths.
 pub(super) const fn at_rest(window: i64) -> i64 {
     window.saturating_mul(2) / 5
 }
@@ -358,10 +356,13 @@ impl Axis {
     #[must_use]
     pub fn beyond_window(&self, velocity: f32) -> bool {
         let error = libm::fabsf(float(self.following_error()));
-        let window = self.constants.following_window;
+        let (window, at_rest) = (
+            self.constants.following_window,
+            float(self.window_at_rest()),
+        );
         let share = libm::fabsf(velocity) / self.constants.full_speed;
         let share = if share > 1.0 { 1.0 } else { share };
-        error > window * (WINDOW_AT_REST + (1.0 - WINDOW_AT_REST) * share)
+        error > at_rest + (window - at_rest) * share
     }
 
     /// Towards a power state: the controlword.

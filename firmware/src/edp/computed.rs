@@ -197,10 +197,7 @@ impl<const N: usize> ComputedTorque<N> {
         let mut currents = self.torques(robot, demand, &wanted)?;
         if takes_over {
             let axes = self.held.iter_mut().zip(&self.motors).zip(measured);
-            for ((held, (motor, axis)), torque) in axes
-                .map(|((held, motor), axis)| (held, (motor, axis)))
-                .zip(&currents)
-            {
+            for (((held, motor), axis), torque) in axes.zip(&currents) {
                 *held = motor.torque_per_ma * axis.current_ma - torque;
             }
         }

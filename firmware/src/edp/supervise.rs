@@ -3,8 +3,8 @@
 use super::{Edp, drives};
 use crate::edp::axis::Axis;
 use crate::edp::drives::AxisActual;
+use crate::edp::encoder_watch::{EncoderWatch, Suspicion};
 use crate::edp::mode::{Event, Mode};
-use crate::edp::stuck::{Stuck, Suspicion};
 use motion::Angle;
 use protocol::canopen::cia402::PowerState;
 use protocol::fault::Cause;
@@ -82,11 +82,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             return;
         }
         if !self.mode.torque() || matches!(self.mode, Mode::Enabling { .. }) {
-            self.stuck.iter_mut().for_each(Stuck::reset);
+            self.encoders.iter_mut().for_each(EncoderWatch::reset);
             return;
         }
-        let found = self.wrong_axis(currents_ma);
-        if let Some((cause, axis)) = found
+        if let Some((cause, axis)) = self.wrong_axis(currents_ma)
             && !latched
         {
             if cause == Cause::Runaway
@@ -109,10 +108,10 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         for (k, link) in (0..N).zip(self.drives.links()) {
             let over = libm::fabsf(currents_ma.get(k).copied().unwrap_or(f32::INFINITY))
                 > self.setup.overcurrent_ma.get(k).copied().unwrap_or(0.0);
-            let (Some(axis), Some(count), Some(stuck), Some(v)) = (
+            let (Some(axis), Some(count), Some(encoder), Some(v)) = (
                 self.axes.get(k),
                 self.overcurrent.get_mut(k),
-                self.stuck.get_mut(k),
+                self.encoders.get_mut(k),
                 velocity.get(k),
             ) else {
                 continue;
@@ -122,7 +121,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             let (measured, demanded) = (axis.actual_from_zero(), axis.demand_from_zero());
             // an answer that has not come says nothing of the encoder: see DriveSilent
             let wrong = if link.actual().fresh {
-                stuck.step(measured, demanded, axis.window_at_rest(), in_drive)
+                encoder.step(measured, demanded, axis.window_at_rest(), in_drive)
             } else {
                 None
             };

@@ -90,14 +90,13 @@ mod tests {
     use super::*;
     use crate::cell::setup;
     use crate::drive::quirk::Quirks;
+    use firmware::DriveAddress;
     use firmware::process::drive_buses;
-    use firmware::{DriveAddress, Station};
     use protocol::canopen::node::NodeId;
     use protocol::frame::{Frame, Id};
     use robots::RobotKind;
 
     fn track() -> (SimRobot, BrokenBuses) {
-        let _: Option<Station> = None;
         let addresses = (1..).zip(drive_buses(RobotKind::Irp6Track));
         let addresses: Vec<DriveAddress> = addresses
             .map(|(id, bus)| DriveAddress {

@@ -52,13 +52,24 @@ impl Quintic {
             length,
         })
     }
-}
 
-impl Quintic {
     /// Whether the orientation changes at all.
     fn turns(&self) -> bool {
         let [_, _, _, turning @ ..] = &self.axes;
         !is_zero(turning.as_flattened())
+    }
+
+    /// Position from the origin and rotation vector from the middle.
+    fn values(&self, s: f64) -> [Vector3<f64>; 2] {
+        let u = reach(s, self.length) / self.length;
+        let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
+        let [x, y, z, turning @ ..] = &self.axes;
+        let mut turn = Vector3::zeros();
+        if self.turns() {
+            let [a, b, c] = turning;
+            turn = Vector3::new(at(a), at(b), at(c));
+        }
+        [Vector3::new(at(x), at(y), at(z)), turn]
     }
 }
 
@@ -166,21 +177,6 @@ impl Curve for Quintic {
     fn turn_at(&self, s: f64) -> Vector3<f64> {
         let [_, turn] = self.values(s);
         turn
-    }
-}
-
-impl Quintic {
-    /// Position from the origin and rotation vector from the middle.
-    fn values(&self, s: f64) -> [Vector3<f64>; 2] {
-        let u = reach(s, self.length) / self.length;
-        let at = |axis: &Coefficients| axis.iter().rev().fold(0.0, |sum, c| sum * u + c);
-        let [x, y, z, turning @ ..] = &self.axes;
-        let mut turn = Vector3::zeros();
-        if self.turns() {
-            let [a, b, c] = turning;
-            turn = Vector3::new(at(a), at(b), at(c));
-        }
-        [Vector3::new(at(x), at(y), at(z)), turn]
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) enum Suspicion {
 
 /// Watches one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Stuck {
+pub(super) struct EncoderWatch {
     /// The position that was measured, and the demand when it was first, drive units.
     still: Option<(i64, i64)>,
     /// The last pair that had not moved apart, or of which the first stood.
@@ -57,7 +57,7 @@ pub(super) struct Stuck {
     last: i64,
 }
 
-impl Stuck {
+impl EncoderWatch {
     /// Forget what was: the axis has no torque.
     pub(super) const fn reset(&mut self) {
         (self.still, self.apart) = (None, None);
@@ -135,15 +135,15 @@ mod test {
     #[test]
     fn a_frozen_encoder_is_found_when_the_demand_has_moved_far_enough() {
         for (in_drive, increments) in [(false, 21), (true, 11)] {
-            let mut stuck = Stuck::default();
+            let mut watch = EncoderWatch::default();
             // 210 or 110 after ten
-            let mut step = |k| stuck.step(7, 500 + increments * INCREMENT * k, WINDOW, in_drive);
+            let mut step = |k| watch.step(7, 500 + increments * INCREMENT * k, WINDOW, in_drive);
             let found = (0..20).position(|k| step(k).is_some());
             assert_eq!(found, Some(10));
-            stuck.reset();
-            assert_eq!(stuck.step(7, i64::MAX, WINDOW, in_drive), None);
+            watch.reset();
+            assert_eq!(watch.step(7, i64::MAX, WINDOW, in_drive), None);
             assert_eq!(
-                stuck.step(7, i64::MIN, WINDOW, in_drive),
+                watch.step(7, i64::MIN, WINDOW, in_drive),
                 Some(Suspicion::Still)
             );
         }
@@ -152,39 +152,39 @@ mod test {
     #[test]
     fn an_encoder_that_goes_the_other_way_is_found_and_one_that_is_pushed_back_is_not() {
         // 16 increments a step against 16
-        let mut stuck = Stuck::default();
+        let mut watch = EncoderWatch::default();
         let found = (0..20).find(|k| {
-            stuck.step(-16 * INCREMENT * k, 16 * INCREMENT * k, WINDOW, true)
+            watch.step(-16 * INCREMENT * k, 16 * INCREMENT * k, WINDOW, true)
                 == Some(Suspicion::Away)
         });
         assert_eq!(found, Some(4));
         // the same way, but ever slower
-        let mut stuck = Stuck::default();
+        let mut watch = EncoderWatch::default();
         let mut place = 0;
         for k in 0..30 {
             place -= (16 - k).max(0) * INCREMENT;
             assert_ne!(
-                stuck.step(place, INCREMENT * k, WINDOW, true),
+                watch.step(place, INCREMENT * k, WINDOW, true),
                 Some(Suspicion::Away),
                 "{k}"
             );
         }
         // far ahead of a demand that comes, it goes to meet it
-        let mut stuck = Stuck::default();
+        let mut watch = EncoderWatch::default();
         for k in 0..60 {
-            let found = stuck.step((1000 - 16 * k) * INCREMENT, k * INCREMENT, WINDOW, true);
+            let found = watch.step((1000 - 16 * k) * INCREMENT, k * INCREMENT, WINDOW, true);
             assert_ne!(found, Some(Suspicion::Away), "{k}");
         }
         // pushed away at rest, and on its way back when the demand goes on
-        let mut stuck = Stuck::default();
+        let mut watch = EncoderWatch::default();
         for (k, place) in (0..).zip((0..18).chain((0..18).rev())) {
             let told = if k < 18 { 0 } else { 6 * k };
-            let found = stuck.step(10 * INCREMENT * place, -told * INCREMENT, WINDOW, true);
+            let found = watch.step(10 * INCREMENT * place, -told * INCREMENT, WINDOW, true);
             assert_ne!(found, Some(Suspicion::Away), "{k}");
         }
         // at rest it may be pushed away, but not for ever
-        let mut stuck = Stuck::default();
-        let found = (0..100).find(|k| stuck.step(10 * INCREMENT * k, 0, WINDOW, true).is_some());
+        let mut watch = EncoderWatch::default();
+        let found = (0..100).find(|k| watch.step(10 * INCREMENT * k, 0, WINDOW, true).is_some());
         assert_eq!(found, Some(21));
     }
 
@@ -196,11 +196,11 @@ mod test {
             steps in proptest::collection::vec(-100..100_i64, 1..300),
             share in 0.1..1.0_f64,
         ) {
-            let (mut stuck, mut demand, mut place) = (Stuck::default(), 0_i64, 0.0_f64);
+            let (mut watch, mut demand, mut place) = (EncoderWatch::default(), 0_i64, 0.0_f64);
             for step in steps {
                 demand += step * INCREMENT;
                 let measured = lagging(&mut place, share, demand);
-                prop_assert_ne!(stuck.step(measured, demand, WINDOW, true), Some(Suspicion::Still));
+                prop_assert_ne!(watch.step(measured, demand, WINDOW, true), Some(Suspicion::Still));
             }
         }
 
@@ -211,13 +211,13 @@ mod test {
             pieces in proptest::collection::vec((-2..=2_i64, 1..40_usize), 1..60),
             share in 0.2..1.0_f64,
         ) {
-            let (mut stuck, mut demand, mut velocity, mut place) = (Stuck::default(), 0_i64, 0_i64, 0.0_f64);
+            let (mut watch, mut demand, mut velocity, mut place) = (EncoderWatch::default(), 0_i64, 0_i64, 0.0_f64);
             for (acceleration, steps) in pieces {
                 for _ in 0..steps {
                     velocity = (velocity + acceleration * INCREMENT).clamp(-60 * INCREMENT, 60 * INCREMENT);
                     demand += velocity;
                     let measured = lagging(&mut place, share, demand);
-                    prop_assert_ne!(stuck.step(measured, demand, WINDOW, true), Some(Suspicion::Away));
+                    prop_assert_ne!(watch.step(measured, demand, WINDOW, true), Some(Suspicion::Away));
                 }
             }
         }
