@@ -22,7 +22,7 @@
 //! **Numbers.** Knots come and are checked in f64, which takes a microcontroller two servo steps: so it is done ahead of
 //! them, by [`PathLimits::piece`]. What comes of it is a [`Piece`] in fixed point ([`Angle`]) and f32, which cost a fiftieth;
 //! the servo step only takes it over, if the path still [ends](Tip) where it was made to begin. Set-points on the path, on
-//! its stop tail and in a quick stop are made of integers and f32 too; only what changes the feed rate is f64.
+//! its stop tail and in a quick stop are made of integers and f32 too, and so is what changes the feed rate.
 //!
 //! Times are the caller's integer microseconds; at rate 1, path time is that time less a constant.
 
@@ -33,6 +33,7 @@ mod piece;
 mod query;
 mod queue;
 mod rate;
+mod rate_ramp;
 mod report;
 mod segment;
 mod span;
@@ -48,7 +49,7 @@ pub use report::{Moving, Output, PushError, QuickStop, StartError, Status, StopC
 use crate::angle::Angle;
 use crate::knot::Setpoint;
 use queue::Queue;
-use rate::PathClock;
+use rate::{FeedRate, PathClock};
 use segment::End;
 use stop::AxisStop;
 use tail::Tail;
@@ -79,7 +80,7 @@ pub struct Interpolator<const N: usize, const Q: usize> {
     /// Position limits of the axes.
     ranges: [Range; N],
     clock: PathClock,
-    feed_override: f64,
+    feed_override: FeedRate,
     hold: bool,
     queue: Queue<N, Q>,
     /// State at the last knot, and the way to rest from there.
@@ -89,7 +90,8 @@ pub struct Interpolator<const N: usize, const Q: usize> {
     generation: u32,
     /// Position limits of the present path, which may have begun outside.
     reach: [Range; N],
-    mode: Mode<N>,
+    mode: Mode,
+    off_path: OffPath<N>,
     now_us: u64,
     setpoint: Setpoint<N>,
 }
@@ -98,16 +100,16 @@ pub struct Interpolator<const N: usize, const Q: usize> {
 pub type Range = (Angle, Angle);
 
 #[derive(Clone, Copy, Debug)]
-enum Mode<const N: usize> {
+enum Mode {
     Idle,
     Waiting { starts_at_us: u64 },
     OnPath,
     OnTail,
-    OffPath(OffPath<N>),
+    OffPath,
     Stopped { cause: StopCause },
 }
 
-/// A quick stop under way: the velocity of each axis goes to zero.
+/// The quick stop under way, or the last: the velocity of each axis goes to zero.
 #[derive(Clone, Copy, Debug)]
 struct OffPath<const N: usize> {
     since_us: u64,
@@ -124,15 +126,21 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         Self {
             braking,
             ranges: [(Angle::ZERO, Angle::ZERO); N],
-            clock: PathClock::new(braking.limits),
-            feed_override: 1.0,
+            clock: PathClock::new(braking.rate),
+            feed_override: FeedRate::FULL,
             hold: false,
             queue: Queue::new(),
             end: End::at_rest(0, [0.0; N]),
-            tail: Tail::NONE,
+            tail: Tail::at_rest([Angle::ZERO; N]),
             generation: 0,
             reach: [(Angle::ZERO, Angle::ZERO); N],
             mode: Mode::Idle,
+            off_path: OffPath {
+                since_us: 0,
+                duration_us: 0,
+                from: [Angle::ZERO; N],
+                axes: [AxisStop::NONE; N],
+            },
             now_us: 0,
             setpoint: Setpoint::at_rest([Angle::ZERO; N]),
         }
@@ -143,7 +151,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn hold_anew(&mut self, ranges: &[Range; N], hold: [Angle; N]) {
         self.ranges = *ranges;
         self.clock.reset();
-        self.feed_override = 1.0;
+        self.feed_override = FeedRate::FULL;
         self.hold = false;
         self.mode = Mode::Idle;
         self.now_us = 0;
@@ -182,7 +190,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Nothing is left of the path before, and its limits are those of where it stands.
     fn renew(&mut self) {
         self.queue.clear();
-        self.tail = Tail::NONE;
+        self.tail = Tail::at_rest(self.setpoint.position);
         let positions = &self.setpoint.position;
         for ((reach, range), p) in self.reach.iter_mut().zip(&self.ranges).zip(positions) {
             *reach = (range.0.min(*p), range.1.max(*p));
@@ -233,7 +241,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Waiting { .. } | Mode::OnPath => return Ok(()),
             Mode::Idle => return Err(PushError::NotStarted),
             Mode::OnTail => StopCause::Underrun,
-            Mode::OffPath(_) => StopCause::QuickStop,
+            Mode::OffPath => StopCause::QuickStop,
             Mode::Stopped { cause } => cause,
         };
         Err(PushError::Stopped { cause })

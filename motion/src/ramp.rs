@@ -1,6 +1,6 @@
 //! The fastest change of a quantity to a new value, with limited first and second derivative.
 //!
-//! The feed rate changes so along a path, and the velocity of an axis while it looks for its zero.
+//! The velocity of an axis changes so while it looks for its zero; by how fast a feed rate does, its limits are found.
 
 use crate::scalar::{SIXTH, larger, sign, smaller};
 
@@ -79,11 +79,6 @@ impl Ramp {
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.t1 + self.t2 + self.t3
-    }
-
-    /// The value it ends with.
-    pub(crate) fn target(&self) -> f64 {
-        self.target
     }
 
     /// The state t seconds after the beginning; constant from the end on.

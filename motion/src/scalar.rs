@@ -57,19 +57,13 @@ pub(crate) fn float_us(us: u64) -> f64 {
     us as f64
 }
 
-/// The whole microseconds of a time ≥ 0 and the remaining fraction, in \[0, 1).
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a float to integer cast saturates, and the argument is not negative"
-)]
-pub(crate) fn split_us(us: f64) -> (u64, f64) {
-    let whole = libm::floor(us);
-    (whole as u64, us - whole)
-}
-
 /// 1/6: multiplied, where a division would cost ten times as much.
 pub(crate) const SIXTH: f64 = 1.0 / 6.0;
+
+/// 2ᵉ for an e below 128, made of its bits: from an integer it takes a microcontroller thirty instructions.
+pub(crate) const fn power_of_two(e: u32) -> f32 {
+    f32::from_bits(e.wrapping_add(127).wrapping_shl(23))
+}
 
 /// The nearest float of 32 bits.
 #[expect(clippy::cast_possible_truncation, reason = "24 bits are enough")]

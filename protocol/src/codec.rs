@@ -229,6 +229,12 @@ pub fn decode_padded<M: Payload>(bytes: &[u8]) -> Result<M, DecodeError> {
     }
 }
 
+/// The epoch that a [`Command`] states: the first of its fields.
+pub(crate) fn stated_epoch(command: &[u8]) -> Option<u32> {
+    let (epoch, _) = postcard::take_from_bytes(command).ok()?;
+    Some(epoch)
+}
+
 fn take<M: Payload>(bytes: &[u8]) -> Result<(M, &[u8]), DecodeError> {
     postcard::take_from_bytes(bytes).map_err(|error| match error {
         postcard::Error::DeserializeUnexpectedEnd => DecodeError::Truncated,

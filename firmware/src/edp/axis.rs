@@ -53,6 +53,9 @@ pub(super) const fn at_rest(window: i64) -> i64 {
 }
 
 /// The variable state of one axis.
+///
+/// Positions have 61 bits: an [`Angle`]'s 63 in units that are eight quanta and more. So differences are exact, and do not
+/// wrap.
 #[derive(Clone, Debug)]
 pub struct Axis {
     constants: AxisConstants,
@@ -116,14 +119,14 @@ impl Axis {
         reason = "2^53 units are years of turning"
     )]
     pub fn rad(&self, units: i64) -> f64 {
-        units.saturating_sub(self.zero) as f64 / self.constants.units_per_rad
+        units.wrapping_sub(self.zero) as f64 / self.constants.units_per_rad
     }
 
     /// Drive units of a motor angle, rounded to the nearest.
     #[must_use]
     pub const fn units(&self, angle: Angle) -> i64 {
         let units = self.constants.units_per_quantum.of(angle.quanta());
-        units.saturating_add(self.zero)
+        units.wrapping_add(self.zero)
     }
 
     /// Measured motor angle, rad.
@@ -147,7 +150,7 @@ impl Axis {
     /// Measured position relative to zero, drive units.
     #[must_use]
     pub const fn actual_from_zero(&self) -> i64 {
-        self.actual.saturating_sub(self.zero)
+        self.actual.wrapping_sub(self.zero)
     }
 
     /// The demand that belongs to the measured position, relative to zero, drive units.
@@ -161,20 +164,20 @@ impl Axis {
             ServoLaw::DrivePosition => before,
             ServoLaw::Original | ServoLaw::FeedForward | ServoLaw::ComputedTorque => now,
         };
-        demand.saturating_sub(self.zero)
+        demand.wrapping_sub(self.zero)
     }
 
     /// The demand just made, relative to zero, drive units.
     #[must_use]
     pub const fn latest_demand_from_zero(&self) -> i64 {
         let [now, ..] = self.demands;
-        now.saturating_sub(self.zero)
+        now.wrapping_sub(self.zero)
     }
 
     /// Demand minus actual of the same instant, drive units.
     const fn following_error(&self) -> i64 {
         self.demand_from_zero()
-            .saturating_sub(self.actual_from_zero())
+            .wrapping_sub(self.actual_from_zero())
     }
 
     /// Demand minus actual of the same instant, rad.
@@ -207,7 +210,7 @@ impl Axis {
         self.mean_torque += (f32::from(torque) - self.mean_torque) * MEAN_SHARE;
         let units = self.unwrapped(units);
         let plausible = !self.known
-            || units.saturating_sub(self.actual).saturating_abs() <= self.constants.jump_units;
+            || units.wrapping_sub(self.actual).wrapping_abs() <= self.constants.jump_units;
         self.actual = units;
         self.known = true;
         plausible
@@ -303,7 +306,7 @@ impl Axis {
             _ if !follows => 0.0,
             ServoLaw::Original => {
                 // The increments since the last step and, in them, what was left of the error.
-                let demanded = increments(units.saturating_sub(previous));
+                let demanded = increments(units.wrapping_sub(previous));
                 let measured = increments(self.original.moved(self.actual));
                 self.constants
                     .original
@@ -319,7 +322,7 @@ impl Axis {
                     let rad = self.constants.rad_per_unit;
                     let moved = self.modern.moved(self.actual);
                     let demand = Demand {
-                        error: float(units.saturating_sub(self.actual)) * rad,
+                        error: float(units.wrapping_sub(self.actual)) * rad,
                         measured_velocity: float(moved) * rad / ts,
                         velocity: demand.velocity,
                         acceleration: demand.acceleration,

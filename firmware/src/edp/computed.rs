@@ -190,7 +190,7 @@ impl<const N: usize> ComputedTorque<N> {
             .zip(measured)
             .zip(self.integral)
         {
-            let moved = float(axis.units.saturating_sub(last)) * axis.rad_per_unit;
+            let moved = float(axis.units.wrapping_sub(last)) * axis.rad_per_unit;
             let rate = demanded - moved / self.ts;
             *wanted += kv * rate + kp * axis.error + ki * integral;
         }
@@ -318,7 +318,7 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             };
             let rad_per_unit = axis.constants().rad_per_unit;
             Measured {
-                error: float(axis.units(*angle).saturating_sub(axis.actual())) * rad_per_unit,
+                error: float(axis.units(*angle).wrapping_sub(axis.actual())) * rad_per_unit,
                 units: axis.actual(),
                 rad_per_unit,
                 current_ma: self.holding_ma(k),

@@ -63,7 +63,7 @@ impl EncoderWatch {
         (self.still, self.apart) = (None, None);
     }
 
-    /// Another step. Both in drive units, of the same instant, and so is the window of the following error at rest;
+    /// Another step. Both in drive units, at most 2⁶¹, of the same instant, and so is the window of the following error at rest;
     /// `in_drive`: the drive closes the loop.
     pub(super) fn step(
         &mut self,
@@ -78,7 +78,7 @@ impl EncoderWatch {
         match self.still {
             Some((before, began)) if before == measured => {
                 let most = if in_drive { STILL_IN_DRIVE } else { STILL };
-                let far = demanded.saturating_sub(began).saturating_abs() > most.of(window);
+                let far = demanded.wrapping_sub(began).wrapping_abs() > most.of(window);
                 far.then_some(Suspicion::Still)
             }
             _ => {
@@ -91,30 +91,27 @@ impl EncoderWatch {
     /// Have the two moved apart, one against the other, far enough, and in this step as fast as in the others? What is
     /// pushed off by something it has met becomes slower.
     fn goes_away(&mut self, measured: i64, demanded: i64, window: i64) -> bool {
-        let moved = measured.saturating_sub(core::mem::replace(&mut self.last, measured));
+        let moved = measured.wrapping_sub(core::mem::replace(&mut self.last, measured));
         let (way, told) = self.apart.map_or((0, 0), |(before, began)| {
-            (
-                measured.saturating_sub(before),
-                demanded.saturating_sub(began),
-            )
+            (measured.wrapping_sub(before), demanded.wrapping_sub(began))
         });
         // towards the demand, from wherever, is no way off
-        let off = measured.saturating_sub(demanded);
-        let nearer = off.signum().saturating_mul(moved.signum()) < 0;
-        let with = way.signum().saturating_mul(told.signum()) > 0;
+        let off = measured.wrapping_sub(demanded);
+        let nearer = (off < 0) != (moved < 0);
+        let with = told != 0 && (way < 0) == (told < 0);
         if moved == 0 || way == 0 || nearer || with {
             self.apart = Some((measured, demanded));
             self.steps = 0;
             return false;
         }
         self.steps = self.steps.saturating_add(1);
-        let far = way.saturating_abs();
+        let far = way.wrapping_abs();
         if far <= AWAY {
             // the least of them
             return false;
         }
-        let keeps = moved.saturating_abs().saturating_mul(self.steps) >= far;
-        let most = if told.saturating_abs() > TOLD {
+        let keeps = moved.wrapping_abs().saturating_mul(self.steps) >= far;
+        let most = if told.wrapping_abs() > TOLD {
             AWAY.max(AWAY_SHARE.of(window))
         } else {
             AWAY_AT_REST.of(window)
@@ -141,9 +138,9 @@ mod test {
             let found = (0..20).position(|k| step(k).is_some());
             assert_eq!(found, Some(10));
             watch.reset();
-            assert_eq!(watch.step(7, i64::MAX, WINDOW, in_drive), None);
+            assert_eq!(watch.step(7, 1 << 60, WINDOW, in_drive), None);
             assert_eq!(
-                watch.step(7, i64::MIN, WINDOW, in_drive),
+                watch.step(7, -(1 << 60), WINDOW, in_drive),
                 Some(Suspicion::Still)
             );
         }

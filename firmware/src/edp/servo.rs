@@ -60,7 +60,7 @@ impl OriginalState {
 }
 
 fn moved(last: &mut Option<i64>, actual: i64) -> i64 {
-    actual.saturating_sub(last.replace(actual).unwrap_or(actual))
+    actual.wrapping_sub(last.replace(actual).unwrap_or(actual))
 }
 
 impl OriginalGains {
@@ -351,6 +351,6 @@ mod test {
     fn the_first_movement_is_none() {
         let mut s = FeedForwardState::default();
         assert_eq!((s.moved(1 << 60), s.moved((1 << 60) + 3)), (0, 3));
-        assert_eq!(s.moved(i64::MIN), i64::MIN);
+        assert_eq!(s.moved(-(1 << 60)), -(1 << 61) - 3);
     }
 }

@@ -1,9 +1,10 @@
 //! What may be asked of a path under way: another feed rate, a stop, to forget knots.
 
+use super::rate::FeedRate;
 use super::report::Moving;
 use super::stop::AxisStop;
-use super::{Interpolator, Mode, OffPath, QuickStop, Status, StopCause};
-use crate::scalar::smaller;
+use super::tail::states;
+use super::{Interpolator, Mode, QuickStop, Status, StopCause};
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Brings the feed rate to 0 on the path, from the last set-point on.
@@ -21,12 +22,16 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// Sets the feed rate in \[0, 1\] that holds whenever there is no feed hold, now and for later paths.
     /// A value outside is moved to the nearer end, and what is not a number counts as 0.
     pub fn set_override(&mut self, rate: f64) {
-        self.feed_override = if rate > 0.0 { smaller(rate, 1.0) } else { 0.0 };
+        self.feed_override = FeedRate::of(rate);
         self.change_rate();
     }
 
-    pub(super) fn rate_asked(&self) -> f64 {
-        if self.hold { 0.0 } else { self.feed_override }
+    pub(super) fn rate_asked(&self) -> FeedRate {
+        if self.hold {
+            FeedRate::ZERO
+        } else {
+            self.feed_override
+        }
     }
 
     fn change_rate(&mut self) {
@@ -34,7 +39,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         match self.mode {
             Mode::Waiting { starts_at_us } => self.clock.start(starts_at_us, rate),
             Mode::OnPath | Mode::OnTail => self.clock.change_to(rate, self.now_us),
-            Mode::Idle | Mode::OffPath(_) | Mode::Stopped { .. } => {}
+            Mode::Idle | Mode::OffPath | Mode::Stopped { .. } => {}
         }
     }
 
@@ -47,7 +52,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         let cause = StopCause::QuickStop;
         match self.mode {
             Mode::Idle | Mode::Stopped { .. } => return QuickStop::AtRest,
-            Mode::OffPath(_) => return QuickStop::OffPath,
+            Mode::OffPath => return QuickStop::OffPath,
             Mode::Waiting { .. } => {}
             Mode::OnPath | Mode::OnTail if self.clock.stands() => {}
             Mode::OnPath | Mode::OnTail => return self.leave_path(),
@@ -58,44 +63,36 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     }
 
     fn leave_path(&mut self) -> QuickStop {
-        let Some(stop) = self.way_off_path() else {
+        if !self.find_way_off_path() {
             self.feed_hold();
             return QuickStop::OnPath;
-        };
+        }
         self.queue.clear();
-        self.mode = Mode::OffPath(stop);
+        self.mode = Mode::OffPath;
         QuickStop::OffPath
     }
 
-    /// A quick stop inside the position limits, if there is one that integers reach.
-    fn way_off_path(&self) -> Option<OffPath<N>> {
-        let mut off = OffPath {
-            since_us: self.now_us,
-            duration_us: 0,
-            from: self.setpoint.position,
-            axes: [AxisStop::NONE; N],
-        };
-        let states = off.from.iter().zip(
-            self.setpoint
-                .velocity
-                .iter()
-                .zip(&self.setpoint.acceleration),
-        );
+    /// A quick stop inside the position limits, if there is one that integers reach; made where it stays.
+    fn find_way_off_path(&mut self) -> bool {
+        let off = &mut self.off_path;
+        (off.since_us, off.duration_us) = (self.now_us, 0);
+        off.from = self.setpoint.position;
         let limits = self.braking.axes.iter().zip(&self.reach);
-        for ((axis, (p, (v, a))), (braking, (lower, upper))) in
-            off.axes.iter_mut().zip(states).zip(limits)
-        {
+        let axes = off.axes.iter_mut().zip(states(&self.setpoint));
+        for ((axis, (p, v, a)), (braking, (lower, upper))) in axes.zip(limits) {
             let most = braking.stop.a;
-            let a = if *a > most { most } else { *a };
+            let a = if a > most { most } else { a };
             let a = if a < -most { -most } else { a };
-            let (stop, (back, forth)) = AxisStop::new(*v, a, braking.stop)?;
+            let Some((stop, (back, forth))) = AxisStop::new(v, a, braking.stop) else {
+                return false;
+            };
             if p.plus(back) < *lower || p.plus(forth) > *upper {
-                return None;
+                return false;
             }
             off.duration_us = off.duration_us.max(stop.duration_us());
             *axis = stop;
         }
-        Some(off)
+        true
     }
 
     /// Drops the path and acknowledges a stop: idle at the present position. A feed hold stays.

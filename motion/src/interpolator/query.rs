@@ -11,7 +11,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         match self.mode {
             Mode::Idle | Mode::Waiting { .. } | Mode::Stopped { .. } => true,
             Mode::OnPath | Mode::OnTail => self.clock.stands(),
-            Mode::OffPath(_) => false,
+            Mode::OffPath => false,
         }
     }
 
@@ -29,7 +29,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Waiting { .. } | Mode::OnPath => {
                 self.end.is_at_rest() && self.clock.at(at_us).is_after(self.end.at_us)
             }
-            Mode::OnTail | Mode::OffPath(_) | Mode::Stopped { .. } => false,
+            Mode::OnTail | Mode::OffPath | Mode::Stopped { .. } => false,
         }
     }
 
@@ -38,7 +38,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn ends_at_rest(&self) -> bool {
         match self.mode {
             Mode::Waiting { .. } | Mode::OnPath => self.end.is_at_rest(),
-            Mode::OnTail | Mode::OffPath(_) => false,
+            Mode::OnTail | Mode::OffPath => false,
             Mode::Idle | Mode::Stopped { .. } => true,
         }
     }
@@ -56,7 +56,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Waiting { .. } | Mode::OnPath | Mode::OnTail => {
                 self.clock.at(now_us.max(self.now_us)).us
             }
-            Mode::Idle | Mode::OffPath(_) | Mode::Stopped { .. } => now_us,
+            Mode::Idle | Mode::OffPath | Mode::Stopped { .. } => now_us,
         }
     }
 
@@ -67,7 +67,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Waiting { .. } | Mode::OnPath => {
                 self.end.at_us.saturating_sub(self.path_time_us(now_us))
             }
-            Mode::Idle | Mode::OnTail | Mode::OffPath(_) | Mode::Stopped { .. } => 0,
+            Mode::Idle | Mode::OnTail | Mode::OffPath | Mode::Stopped { .. } => 0,
         }
     }
 
@@ -83,13 +83,13 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     pub fn stop_tail(&self) -> Option<StopTail<N>> {
         match self.mode {
             Mode::Waiting { .. } | Mode::OnPath | Mode::OnTail => {
-                let position = self.tail.rest_position(&self.end);
+                let position = self.tail.rest_position();
                 Some(StopTail {
                     position,
                     at_us: self.end.at_us.saturating_add(self.tail.duration_us()),
                 })
             }
-            Mode::Idle | Mode::OffPath(_) | Mode::Stopped { .. } => None,
+            Mode::Idle | Mode::OffPath | Mode::Stopped { .. } => None,
         }
     }
 

@@ -33,14 +33,14 @@ pub enum Status {
     /// On the path at a constant feed rate in (0, 1].
     Following {
         /// Path time per time.
-        rate: f64,
+        rate: f32,
     },
     /// On the path while the feed rate changes; a target of 0 is a feed hold.
     Changing {
         /// Path time per time, now.
-        rate: f64,
+        rate: f32,
         /// And when the change has ended.
-        target: f64,
+        target: f32,
     },
     /// At rest on the path, feed rate 0: the path can be resumed.
     Held,

@@ -1,10 +1,10 @@
 //! One servo step: which set-point comes next.
 
 use super::rate::PathTime;
+use super::tail::states;
 use super::{Interpolator, Mode, Output, Status, StopCause};
 use crate::angle::Angle;
 use crate::knot::Setpoint;
-use crate::scalar::narrow;
 
 impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     /// The set-point for `now_us`. Called once every servo step; time never goes back.
@@ -21,7 +21,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             Mode::Idle => Status::Idle,
             Mode::Waiting { starts_at_us } => Status::Waiting { starts_at_us },
             Mode::OnPath | Mode::OnTail => self.step_path(),
-            Mode::OffPath(_) => self.step_off_path(),
+            Mode::OffPath => self.step_off_path(),
             Mode::Stopped { cause } => Status::Stopped { cause },
         };
         Output {
@@ -31,12 +31,11 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
     }
 
     fn step_path(&mut self) -> Status {
-        self.clock.settle(self.now_us);
-        let path = self.clock.at(self.now_us);
+        let path = self.clock.step(self.now_us);
         self.queue.drop_passed(path.us);
         if path.is_after(self.end.at_us) {
             if self.end.is_at_rest() {
-                let position = self.end.position.map(Angle::bound);
+                let position = self.tail.from().position;
                 let status = self.rest(position, Mode::Idle, Status::Idle);
                 // so that a path that begins here begins where the set-point is
                 self.end.position = position.map(Angle::to_f64);
@@ -49,8 +48,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
                 timed(&mut self.setpoint, states, path, &self.reach);
             } else {
                 // the last knot itself
-                let states = self.end.axes();
-                let states = states.map(|[p, v, a]| (Angle::bound(p), narrow(v), narrow(a)));
+                let states = states(self.tail.from());
                 timed(&mut self.setpoint, states, path, &self.reach);
             }
         }
@@ -68,21 +66,19 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         let cause = StopCause::Underrun;
         let since_us = path.us.saturating_sub(self.end.at_us);
         if since_us >= self.tail.duration_us() {
-            let position = self.tail.rest_position(&self.end);
+            let position = self.tail.rest_position();
             return self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
         }
         self.mode = Mode::OnTail;
         let fades = self.braking.axes.each_ref().map(|axis| axis.fade);
-        let states = self.tail.at(&self.end, &fades, (since_us, path.fraction));
+        let states = self.tail.at(&fades, (since_us, path.fraction));
         timed(&mut self.setpoint, states, path, &self.reach);
         Status::Stopping { cause }
     }
 
     fn step_off_path(&mut self) -> Status {
         let cause = StopCause::QuickStop;
-        let Mode::OffPath(off) = &self.mode else {
-            return Status::Stopping { cause };
-        };
+        let off = &self.off_path;
         let since_us = self.now_us.saturating_sub(off.since_us);
         let axes = off.from.iter().zip(&off.axes).zip(&self.reach);
         for ((p, (v, a)), ((from, stop), (lower, upper))) in axes_mut(&mut self.setpoint).zip(axes)
@@ -99,7 +95,7 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
         self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause })
     }
 
-    pub(super) fn rest(&mut self, position: [Angle; N], mode: Mode<N>, status: Status) -> Status {
+    pub(super) fn rest(&mut self, position: [Angle; N], mode: Mode, status: Status) -> Status {
         self.setpoint = Setpoint::at_rest(position);
         self.queue.clear();
         self.mode = mode;
@@ -122,7 +118,7 @@ fn timed<const N: usize>(
     path: PathTime,
     reach: &[(Angle, Angle); N],
 ) {
-    let (rate, change) = (narrow(path.rate), narrow(path.change));
+    let PathTime { rate, change, .. } = path;
     let square = rate * rate;
     for (((p, (v, a)), (s, ds, dds)), (lower, upper)) in axes_mut(setpoint).zip(states).zip(reach) {
         // takes away rounding only: the extrema were checked

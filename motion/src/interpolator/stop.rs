@@ -10,6 +10,7 @@
 //! Velocity times 2ⁿ µs, acceleration times (2ⁿ µs)² and so on are integers of quanta then.
 
 use crate::angle::times_fraction;
+use crate::scalar::power_of_two;
 
 /// Kept below the hard limits, for what f32 finds: durations to some 3e-7 of a/j, of which a step of acceleration
 /// that is spread over three servo steps of 2 ms makes 2e-6 of j where a/j is 40 ms.
@@ -21,8 +22,10 @@ const MOST: f32 = 2_305_843_009_213_693_952.0;
 const US_PER_S: f32 = 1e6;
 const S_PER_US: f32 = 1e-6;
 /// 2³².
-const WHOLE: f32 = 4_294_967_296.0;
+pub(super) const WHOLE: f32 = 4_294_967_296.0;
 const FRACTION_BITS: u32 = 32;
+/// No quotient has more.
+const QUOTIENT_BITS: u32 = 61;
 /// 2³²/6.
 const SIXTH: u32 = 715_827_882;
 /// The duration has so many µs more than f32 found, for two phases that last at least one.
@@ -75,7 +78,27 @@ impl AxisStop {
     /// The stop from a velocity and an acceleration, per s and per s², and the lowest and highest way on it, quanta; `None`
     /// if integers do not reach as far.
     pub(crate) fn new(v: f32, a: f32, limits: StopLimits) -> Option<(Self, (i64, i64))> {
-        let (side, [t1, t2, t3]) = durations(v, a, limits);
+        let (side, times) = durations(v, a, limits);
+        let [t1, ..] = times;
+        let scaled = |bits| {
+            let unit = unit_s(bits);
+            Some((quanta(v * unit)?, quanta(a * unit * unit)?))
+        };
+        let (stop, end) = Self::closed(times, scaled)?;
+        let turning = turning(v, a, side * limits.j, t1);
+        // what f32 is off by at most
+        let turning = quanta(turning * (1.0 + 1.0 / 4096.0))?;
+        let reach = (turning.min(end).min(0), turning.max(end).max(0));
+        Some((stop, reach))
+    }
+
+    /// Closed in integers: phases that last so long, from a velocity and an acceleration that are scaled by 2ⁿ µs; and the
+    /// whole way.
+    #[inline]
+    pub(super) fn closed(
+        [t1, t2, t3]: [f32; 3],
+        scaled: impl FnOnce(u32) -> Option<(i64, i64)>,
+    ) -> Option<(Self, i64)> {
         let total = micros(t1 + t2 + t3)?.checked_add(MORE_US)?;
         let bits = FRACTION_BITS.wrapping_sub(total.leading_zeros());
         let shift = FRACTION_BITS.checked_sub(bits)?;
@@ -88,9 +111,7 @@ impl AxisStop {
         let u3 = u3.checked_add(u1.wrapping_add(u3) & 1)?;
         let second_u = u1.checked_add(u2)?;
         let total_u = second_u.checked_add(u3)?;
-        let unit = unit_s(bits);
-        let v0 = quanta(v * unit)?;
-        let a0 = quanta(a * unit * unit)?;
+        let (v0, a0) = scaled(bits)?;
         let middle = u2.checked_add(u1.wrapping_add(u3) >> 1)?;
         let gained = times_fraction(a0, u1) >> 1;
         let a1 = quotient(v0.wrapping_add(gained), middle)?.wrapping_neg();
@@ -113,10 +134,6 @@ impl AxisStop {
             sixth: quotient(sixth(a1), u3)?,
         };
         third.way = second.way_after(u2).wrapping_sub(third.way_after(u3));
-        let turning = turning(v, a, side * limits.j, t1);
-        // what f32 is off by at most
-        let turning = quanta(turning * (1.0 + 1.0 / 4096.0))?;
-        let reach = (turning.min(third.way).min(0), turning.max(third.way).max(0));
         let stop = Self {
             bits,
             u: [u1, second_u, total_u],
@@ -124,7 +141,12 @@ impl AxisStop {
             second: [second.way, second.v, second.a],
             third: [third.way, third.sixth],
         };
-        Some((stop, reach))
+        Some((stop, third.way))
+    }
+
+    /// n.
+    pub(super) const fn bits(&self) -> u32 {
+        self.bits
     }
 
     /// How long it takes, µs.
@@ -136,6 +158,14 @@ impl AxisStop {
 
     /// The state so many µs after the beginning.
     pub(crate) fn at(&self, us: u64) -> StopState {
+        let [way, v, a] = self.state(us);
+        let per = 1.0 / unit_s(self.bits);
+        (way, float(v) / QUANTA * per, float(a) / QUANTA * per * per)
+    }
+
+    /// Way, velocity and acceleration so many µs after the beginning, as they were given: per 2ⁿ µs.
+    #[inline]
+    pub(super) fn state(&self, us: u64) -> [i64; 3] {
         let [second, third, total] = self.u;
         let now = us.wrapping_shl(FRACTION_BITS.wrapping_sub(self.bits));
         let now = if us >= self.duration_us() {
@@ -166,9 +196,7 @@ impl AxisStop {
         let a = phase.a.wrapping_add(half.wrapping_mul(2));
         // backwards, the velocity changes its sign
         let v = if back { v.wrapping_neg() } else { v };
-        let per = 1.0 / unit_s(self.bits);
-        let (v, a) = (float(v) / QUANTA * per, float(a) / QUANTA * per * per);
-        (phase.way_after(u), v, a)
+        [phase.way_after(u), v, a]
     }
 }
 
@@ -182,7 +210,7 @@ impl Phase {
 }
 
 /// The sign of the jerk of the first phase, and how long each phase takes, s.
-fn durations(v: f32, a: f32, limits: StopLimits) -> (f32, [f32; 3]) {
+pub(super) fn durations(v: f32, a: f32, limits: StopLimits) -> (f32, [f32; 3]) {
     let StopLimits { a: most, j } = limits;
     let stopping = v + 0.5 * a * libm::fabsf(a) / j;
     let side = if stopping > 0.0 || (stopping >= 0.0 && a < 0.0) {
@@ -219,9 +247,8 @@ fn turning(v: f32, a: f32, s: f32, t1: f32) -> f32 {
 }
 
 /// 2ⁿ µs in s.
-#[expect(clippy::cast_precision_loss, reason = "a power of two")]
-fn unit_s(bits: u32) -> f32 {
-    1_u64.wrapping_shl(bits) as f32 * S_PER_US
+pub(super) fn unit_s(n: u32) -> f32 {
+    power_of_two(n) * S_PER_US
 }
 
 /// Whole microseconds of a duration.
@@ -239,11 +266,10 @@ fn micros(t: f32) -> Option<u32> {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "the conversion saturates, and sums are checked"
 )]
 fn parts(t: f32, shift: u32) -> u32 {
-    (t * US_PER_S * 1_u64.wrapping_shl(shift) as f32) as u32
+    (t * (US_PER_S * power_of_two(shift))) as u32
 }
 
 /// A way in quanta, if there are so many.
@@ -252,13 +278,20 @@ fn quanta(way: f32) -> Option<i64> {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "compared before")]
-fn integer(x: f32) -> Option<i64> {
+pub(super) fn integer(x: f32) -> Option<i64> {
     (libm::fabsf(x) < MOST).then_some(x as i64)
 }
 
-#[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
-const fn float(x: i64) -> f32 {
-    x as f32
+/// A float of an integer, to 23 bits or 2⁸: of its halves, for a microcontroller has no other instruction for it.
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "halves, of which 24 bits are enough"
+)]
+pub(super) fn float(x: i64) -> f32 {
+    let (high, low) = ((x >> 32) as i32, x as u32);
+    high as f32 * WHOLE + low as f32
 }
 
 /// x/6 to a unit, by products: a division of 64 bits takes hundreds of instructions.
@@ -268,13 +301,30 @@ fn sixth(x: i64) -> i64 {
     near.wrapping_add(times_fraction(left, SIXTH))
 }
 
-/// n·2³²/d to 44 bits: a quotient of f32, and what it leaves once more.
-#[expect(clippy::cast_precision_loss, reason = "24 bits are enough")]
+/// n·2³²/d, from the reciprocal of d to 29 bits, and what that leaves once more: two units of n are left then, or as many
+/// as d takes bits away from 2³², whichever is more.
 fn quotient(n: i64, d: u32) -> Option<i64> {
-    let per = WHOLE / d as f32;
-    let near = integer(float(n) * per)?;
+    let left_bits = d.leading_zeros();
+    // d from 1/2 to 1
+    let whole = d.checked_shl(left_bits)?;
+    // 2⁶³ over it: to 15 bits, and by a step of Newton's to 29, from below
+    let near = u32::MAX.checked_div(whole >> 16)?.wrapping_shl(15);
+    let short = u64::from(near)
+        .wrapping_mul(u64::from(whole))
+        .wrapping_neg()
+        >> 32;
+    let reciprocal = u64::from(near).wrapping_mul(short) >> 31;
+    let reciprocal = u32::try_from(reciprocal).unwrap_or(u32::MAX);
+    let more = left_bits.wrapping_add(1);
+    let over = |n: i64| times_fraction(n, reciprocal);
+    let most = QUOTIENT_BITS.checked_sub(more)?;
+    let near = over(n);
+    if near.unsigned_abs() >= 1_u64.wrapping_shl(most) {
+        return None;
+    }
+    let near = near.wrapping_shl(more);
     let left = n.wrapping_sub(times_fraction(near, d));
-    Some(near.wrapping_add(integer(float(left) * per)?))
+    Some(near.wrapping_add(over(left).wrapping_shl(more)))
 }
 
 #[cfg(test)]
@@ -347,6 +397,20 @@ mod test {
                 prop_assert!(second.abs() <= hard[0] * h * h + 4.0 * quantum, "{}", second / h / h);
                 prop_assert!(third.abs() <= hard[1] * h * h * h + 8.0 * quantum, "{}", third / h / h / h);
             }
+        }
+    }
+
+    proptest! {
+        /// To what the description says.
+        #[test]
+        fn a_quotient_leaves_little(n in -(1_i64 << 40)..1_i64 << 40, d in 1_u32..) {
+            let Some(q) = quotient(n, d) else {
+                // more than 61 bits
+                prop_assert!(n.unsigned_abs() > u64::from(d) << 27);
+                return Ok(());
+            };
+            let left = i128::from(n) * (1 << 32) - i128::from(q) * i128::from(d);
+            prop_assert!(left.abs() <= 4 << 32, "{left}");
         }
     }
 

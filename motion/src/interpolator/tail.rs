@@ -4,7 +4,7 @@ use super::fixed::Unfixable;
 use super::segment::End;
 use super::span::{Span, whole};
 use crate::angle::{Angle, times_fraction};
-use crate::knot::AxisEnvelope;
+use crate::knot::{AxisEnvelope, Setpoint};
 use crate::profile::AxisLimits;
 use crate::scalar::{US_PER_S, float_us, larger, narrow, smaller};
 
@@ -32,6 +32,8 @@ const S_PER_US: f32 = 1e-6;
 /// sum to the nearest; and what u and x leave of the time counts with a velocity of 24 bits: 3 quanta at most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tail<const N: usize> {
+    /// The state that it begins with, where the path ends.
+    from: Setpoint<N>,
     /// T; of no duration where nothing goes on.
     span: Span,
     duration_us: u64,
@@ -77,12 +79,20 @@ pub(crate) fn fade_span(envelope: &AxisEnvelope) -> Span {
 
 impl<const N: usize> Tail<N> {
     /// At rest already.
-    pub(crate) const NONE: Self = Self {
-        span: Span::NONE,
-        duration_us: 0,
-        along: [0; N],
-        fading: [0; N],
-    };
+    pub(crate) const fn at_rest(position: [Angle; N]) -> Self {
+        Self {
+            from: Setpoint::at_rest(position),
+            span: Span::NONE,
+            duration_us: 0,
+            along: [0; N],
+            fading: [0; N],
+        }
+    }
+
+    /// The state that it begins with, where the path ends.
+    pub(crate) const fn from(&self) -> &Setpoint<N> {
+        &self.from
+    }
 
     /// The tail behind a state, and an interval that holds all positions of each axis on it: both parts move one way
     /// only.
@@ -107,6 +117,11 @@ impl<const N: usize> Tail<N> {
         let span = Span::new(whole_us(t)).ok_or(Unfixable::Long)?;
         let t = float_us(span.us()) / US_PER_S;
         let mut tail = Self {
+            from: Setpoint {
+                position: end.position.map(Angle::bound),
+                velocity: end.velocity.map(narrow),
+                acceleration: end.acceleration.map(narrow),
+            },
             span,
             duration_us: duration_us.max(span.us()),
             along: [0; N],
@@ -144,7 +159,6 @@ impl<const N: usize> Tail<N> {
     /// behind the end; `fades` are the axes' Tᵢ.
     pub(crate) fn at<'a>(
         &'a self,
-        end: &'a End<N>,
         fades: &'a [Span; N],
         (since_us, fraction): (u64, u32),
     ) -> impl Iterator<Item = (Angle, f32, f32)> + 'a {
@@ -155,10 +169,9 @@ impl<const N: usize> Tail<N> {
             (part, h0, 6.0 * u * (u - 1.0) * per_s)
         });
         let ways = self.along.iter().zip(&self.fading).zip(fades);
-        end.axes()
+        states(&self.from)
             .zip(ways)
-            .map(move |([p, v, a], ((w0, w1), fade))| {
-                let (v, a) = (narrow(v), narrow(a));
+            .map(move |((p, v, a), ((w0, w1), fade))| {
                 let (way, left, velocity, acceleration) = match along {
                     Some((part, h0, slope)) => {
                         (going(*w0, part.u), part.left * (v * h0), v * h0, v * slope)
@@ -188,14 +201,23 @@ impl<const N: usize> Tail<N> {
     }
 
     /// Where the path comes to rest.
-    pub(crate) fn rest_position(&self, end: &End<N>) -> [Angle; N] {
-        let mut position = [Angle::ZERO; N];
+    pub(crate) fn rest_position(&self) -> [Angle; N] {
+        let mut position = self.from.position;
         let ways = self.along.iter().zip(&self.fading);
-        for ((to, from), (w0, w1)) in position.iter_mut().zip(&end.position).zip(ways) {
-            *to = moved(*from, w0.wrapping_add(*w1));
+        for (position, (w0, w1)) in position.iter_mut().zip(ways) {
+            *position = moved(*position, w0.wrapping_add(*w1));
         }
         position
     }
+}
+
+/// Position, velocity and acceleration of each axis.
+pub(crate) fn states<const N: usize>(
+    of: &Setpoint<N>,
+) -> impl Iterator<Item = (Angle, f32, f32)> + '_ {
+    let derivatives = of.velocity.iter().zip(&of.acceleration);
+    let axes = of.position.iter().zip(derivatives);
+    axes.map(|(p, (v, a))| (*p, *v, *a))
 }
 
 /// `w·(2u − 2u³ + u⁴)`
@@ -214,8 +236,8 @@ fn fading(w: i64, x: u32) -> i64 {
 }
 
 /// A position and a way in 16ths of a quantum, to the nearest quantum.
-fn moved(from: f64, way: i64) -> Angle {
-    Angle::bound(from).plus(way.wrapping_add(8) >> SIXTEENTH_BITS)
+const fn moved(from: Angle, way: i64) -> Angle {
+    from.plus(way.wrapping_add(8) >> SIXTEENTH_BITS)
 }
 
 /// Its duration in s, in 24 bits.
@@ -278,7 +300,7 @@ mod test {
                 let position = p + v * t * (u - u * u * u + 0.5 * u * u * u * u) + a * f * f * x * x * (0.5 - 2.0 / 3.0 * x + 0.25 * x * x);
                 let velocity = v * (1.0 - 3.0 * u * u + 2.0 * u * u * u) + a * f * x * (1.0 - x) * (1.0 - x);
                 let acceleration = v * 6.0 * u * (u - 1.0) / t + a * (1.0 - x) * (1.0 - 3.0 * x);
-                let found = tail.at(&end, &[fade], (us, fraction)).next();
+                let found = tail.at(&[fade], (us, fraction)).next();
                 let (angle, dv, da) = found.unwrap();
                 let off = (angle.to_f64() - position) * 1_099_511_627_776.0;
                 // and f64 in this test: ten roundings of up to 4000 and 60
@@ -287,8 +309,8 @@ mod test {
                 prop_assert!((f64::from(da) - acceleration).abs() < 2e-6 * (6.0 * v.abs() / t + 2.0 * a.abs()), "{da} {acceleration}");
                 prop_assert!(position >= low - 1e-9 && position <= high + 1e-9);
             }
-            let rest = tail.at(&end, &[fade], (tail.duration_us(), 0)).next();
-            let [stands] = tail.rest_position(&end);
+            let rest = tail.at(&[fade], (tail.duration_us(), 0)).next();
+            let [stands] = tail.rest_position();
             prop_assert_eq!(rest, Some((stands, 0.0, 0.0)));
         }
     }

@@ -1,7 +1,7 @@
 //! Frames to typed messages.
 
 use super::{Check, Endpoint, Incoming, Kind, Message, Role};
-use crate::codec::{Payload, decode_padded};
+use crate::codec::{Payload, decode_padded, stated_epoch};
 use crate::cyphal::Heartbeat;
 use crate::e2e::{self, Checker, Outcome};
 use crate::frame::Frame;
@@ -88,11 +88,7 @@ impl<const SESSIONS: usize> Judge<'_, SESSIONS> {
         transfer: &Transfer<'_>,
         lease: Option<u32>,
     ) -> Result<(Command, u8), Dropped> {
-        let stated = transfer
-            .payload
-            .get(e2e::HEADER..)
-            .and_then(|message| decode_padded::<Command>(message).ok())
-            .map(|command| command.epoch);
+        let stated = transfer.payload.get(e2e::HEADER..).and_then(stated_epoch);
         match (lease, stated) {
             (Some(lease), Some(stated)) if lease != stated => {
                 // Whole, but of another lease? Then it is stale, not damaged.

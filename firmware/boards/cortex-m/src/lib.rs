@@ -9,6 +9,7 @@
 //! | [`stack`] | how much of the painted stack was used; a stack of its own for interrupts |
 //! | [`marks`] | where a step and the ECP's work begin and end, for a counter of instructions |
 //! | [`window`] | registers as numbered words |
+//! | `copy` | memory copied and cleared |
 //! | [`kept`] | what is remembered over resets |
 //!
 //! The panic handler is here too: it calls a symbol that nobody defines, so an image from which a
@@ -16,6 +17,7 @@
 #![no_std]
 #![deny(clippy::undocumented_unsafe_blocks, missing_docs)]
 
+mod copy;
 pub mod kept;
 pub mod log;
 pub mod marks;
