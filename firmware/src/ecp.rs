@@ -9,7 +9,7 @@
 //! and has a plan, and in between nobody looks at it. So it may be preempted by servo steps.
 //!
 //! Where to add: a generator is a file in `ecp/generator`, a condition a type in
-//! `ecp/condition`, an instruction of the wire an arm in [`Ecp::accept`]; a user's own program
+//! `ecp/condition`, an instruction of the wire an arm in `ecp/instruct`; a user's own program
 //! implements [`Programs`] and needs none of these.
 
 pub mod agenda;
@@ -17,6 +17,7 @@ pub mod census;
 pub mod condition;
 pub mod generator;
 pub mod image;
+mod instruct;
 mod own_frame;
 mod path_feed;
 pub mod plan;
@@ -33,20 +34,15 @@ use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
 use condition::{ForceAbove, FromWire};
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
-use generator::line_move::Reference;
 use generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
+use instruct::Accepted;
 use motion::Pose;
 use motion::interpolator::PathLimits;
 use motion::profile::AxisLimits;
-use nalgebra::Vector3;
 use own_frame::{one_step, one_step_in};
 use protocol::fault::Refusal;
-use protocol::message::{
-    AxisSpeeds, Coordination, Instruction, KnotMessage, PoseMessage, PosePath, PoseReference,
-    PoseSpeeds,
-};
+use protocol::message::{Coordination, KnotMessage, PoseMessage};
 use robots::{Motors, Robot};
-use tool_motion::{PathSpeeds, ToolMotion};
 use tool_path::ToolPath;
 
 /// The subsystem `C_j` of a robot with N axes, as the formalism sees it.
@@ -152,6 +148,8 @@ pub struct Ecp<R, const N: usize, P, const W: usize> {
     t_flange_tool: Pose,
     programs: P,
     running: Running<R, N, W>,
+    /// What will be the running instruction with the next work.
+    accepted: Option<Accepted>,
     /// The path of the running instruction, if it has one; it is too large to travel by value.
     tool_path: ToolPath<N, W>,
     /// What the step is to be made of, in its place: large too.
@@ -179,6 +177,7 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             t_flange_tool: robot.description().default_tool(),
             programs,
             running: Running::None,
+            accepted: None,
             tool_path: ToolPath::new(),
             input: Input {
                 i: 0,
@@ -215,151 +214,8 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
     /// # Errors
     /// [`Refusal::NotFinite`]
     pub fn set_tool(&mut self, t_flange_tool: &PoseMessage) -> Result<(), Refusal> {
-        self.t_flange_tool = pose(t_flange_tool)?;
+        self.t_flange_tool = instruct::pose(t_flange_tool)?;
         Ok(())
-    }
-
-    /// Take an instruction (R0 checks) in the place of what there was. `homed` decides what may be asked for.
-    ///
-    /// # Errors
-    /// Why it was refused; nothing changed then.
-    // a frame of its own: what else its caller does must not lie below it on the stack
-    #[inline(never)]
-    pub fn accept(&mut self, instruction: &Instruction, homed: bool) -> Result<(), Refusal> {
-        let unhomed_ok = matches!(
-            instruction,
-            Instruction::MoveMotors { relative: true, .. } | Instruction::Hold { .. }
-        );
-        if !homed && !unhomed_ok {
-            return Err(Refusal::NotSynchronised);
-        }
-        self.running = match instruction {
-            Instruction::Hold { duration_ms } => Running::Hold(Move::new(Hold {
-                macrosteps: self.macrosteps(*duration_ms),
-            })),
-            Instruction::MoveMotors {
-                target,
-                relative,
-                speeds,
-            } => {
-                let slow = if homed { 1.0 } else { UNSYNCHRONISED_SPEED };
-                Running::Motors(Move::new(MotorMove {
-                    target: axes(target)?,
-                    relative: *relative,
-                    limits: scaled(&self.limits.motors, speeds, slow)?,
-                    macrostep_s: self.macrostep_s,
-                }))
-            }
-            Instruction::MoveJoints {
-                target,
-                relative,
-                speeds,
-            } => Running::Joints(Move::new(JointMove {
-                robot: self.robot,
-                motor_share: self.limits.motor_share,
-                target: axes(target)?,
-                relative: *relative,
-                limits: scaled(&self.limits.joints, speeds, 1.0)?,
-                macrostep_s: self.macrostep_s,
-            })),
-            Instruction::MovePose {
-                target,
-                reference,
-                path,
-                speeds,
-            } => self.pose_move(target, *reference, *path, speeds, f64::INFINITY)?,
-            Instruction::MoveUntilForce {
-                target,
-                reference,
-                speeds,
-                newtons,
-            } => {
-                let newtons = bounded(4, *newtons, GREATEST_FORCE_N)?;
-                self.pose_move(target, *reference, PosePath::Line, speeds, newtons)?
-            }
-            Instruction::Follow => Running::Follow(Move::new(Follow)),
-            Instruction::FollowPath { speeds } => {
-                Running::Path(MoveIn::new(PathMove(self.tool_motion(speeds)?)))
-            }
-            Instruction::Wait { until, timeout_ms } => Running::Wait {
-                wait: Wait::new(FromWire(*until)),
-                macrosteps_left: (*timeout_ms > 0).then(|| self.macrosteps(*timeout_ms)),
-            },
-            Instruction::Program { program, argument } => {
-                if !argument.is_finite() {
-                    return Err(Refusal::NotFinite { index: 0 });
-                }
-                if !self.programs.begin(*program, *argument) {
-                    return Err(Refusal::UnknownProgram { program: *program });
-                }
-                Running::Program
-            }
-        };
-        Ok(())
-    }
-
-    fn tool_motion(&self, speeds: &PoseSpeeds) -> Result<ToolMotion<R, N>, Refusal> {
-        let (v, a) = (
-            self.limits.cartesian_velocity,
-            self.limits.cartesian_acceleration,
-        );
-        Ok(ToolMotion {
-            robot: self.robot,
-            t_flange_tool: self.t_flange_tool,
-            joint_limits: self.limits.joints_anywhere,
-            speeds: PathSpeeds {
-                velocity_m_s: bounded(0, speeds.velocity_m_s, v)?,
-                angular_velocity_rad_s: bounded(1, speeds.angular_velocity_rad_s, v)?,
-                acceleration_m_s2: bounded(2, speeds.acceleration_m_s2, a)?,
-                angular_acceleration_rad_s2: bounded(3, speeds.angular_acceleration_rad_s2, a)?,
-            },
-            macrostep_s: self.macrostep_s,
-        })
-    }
-
-    fn pose_move(
-        &self,
-        target: &PoseMessage,
-        reference: PoseReference,
-        path: PosePath,
-        speeds: &PoseSpeeds,
-        newtons: f64,
-    ) -> Result<Running<R, N, W>, Refusal> {
-        let reference = match reference {
-            PoseReference::Base => Reference::Base,
-            PoseReference::Tool => Reference::Tool,
-        };
-        let motion = self.tool_motion(speeds)?;
-        let target = pose(target)?;
-        Ok(match path {
-            PosePath::Line => Running::Line(MoveIn::new(Guarded {
-                motion: LineMove {
-                    motion,
-                    target,
-                    reference,
-                },
-                until: ForceAbove { newtons },
-            })),
-            PosePath::Joint => {
-                let (fv, fa) = (
-                    motion.speeds.velocity_m_s / self.limits.cartesian_velocity,
-                    motion.speeds.acceleration_m_s2 / self.limits.cartesian_acceleration,
-                );
-                Running::Pose(Move::new(PoseMove {
-                    robot: self.robot,
-                    motor_share: self.limits.motor_share,
-                    t_flange_tool: self.t_flange_tool,
-                    target,
-                    reference,
-                    limits: self.limits.joints.map(|l| AxisLimits {
-                        v: l.v * fv,
-                        a: l.a * fa,
-                        j: l.j * fa,
-                    }),
-                    macrostep_s: self.macrostep_s,
-                }))
-            }
-        })
     }
 
     /// The order to make a step: what was said until now, the image and the readings of now, and what its plan will be
@@ -397,10 +253,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         *end_motion = agenda.motion_ends();
         *feed_override = agenda.feed_override();
         let (elements, _) = path_per_macrostep(W);
-        let room = match &self.running {
-            Running::Path(running) if running.runs() => self.tool_path.room().min(elements),
+        let room = match (&self.accepted, &self.running) {
             // the first step begins with an empty path
-            Running::Path(_) => elements,
+            (Some(accepted), _) if accepted.is_path() => elements,
+            (None, Running::Path(_)) => self.tool_path.room().min(elements),
             _ => 0,
         };
         agenda.take_path(room, path);
@@ -419,6 +275,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
     #[inline(never)]
     pub fn work(&mut self) {
         self.plan.clear();
+        if let Err(refusal) = self.take_up() {
+            self.plan.verdict = Verdict::Failed(refusal);
+            return;
+        }
         let Input { e, .. } = &mut self.input;
         let joints = |m: &Motors<N>| self.homed.then(|| self.robot.joints(m).ok()).flatten();
         e.joints = joints(&e.motors);
@@ -491,108 +351,4 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
             Step::Done => Verdict::Ended,
         }
     }
-
-    fn macrosteps(&self, ms: u32) -> u32 {
-        let steps = libm::ceil(f64::from(ms) * 1e-3 / self.macrostep_s);
-        if steps < 1.0 {
-            1
-        } else {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "between 1 and 2³² ms / 1 ms; the conversion saturates"
-            )]
-            let steps = steps as u32;
-            steps
-        }
-    }
-}
-
-/// The greatest force a motion can be guarded by, N: beyond the ranges of the sensors.
-const GREATEST_FORCE_N: f64 = 1000.0;
-
-/// Speed before homing, as a fraction of the planning ceilings.
-pub const UNSYNCHRONISED_SPEED: f64 = 0.2;
-
-fn axes<const N: usize>(values: &[f64]) -> Result<[f64; N], Refusal> {
-    let out = <[f64; N]>::try_from(values).map_err(|_| count::<N>(values.len()))?;
-    for (k, value) in (0..N).zip(&out) {
-        if !value.is_finite() {
-            return Err(Refusal::NotFinite {
-                index: u8::try_from(k).unwrap_or(u8::MAX),
-            });
-        }
-    }
-    Ok(out)
-}
-
-fn count<const N: usize>(got: usize) -> Refusal {
-    Refusal::AxisCount {
-        expected: u8::try_from(N).unwrap_or(u8::MAX),
-        got: u8::try_from(got).unwrap_or(u8::MAX),
-    }
-}
-
-/// The limits times the fractions asked for.
-fn scaled<const N: usize>(
-    limits: &[AxisLimits; N],
-    speeds: &AxisSpeeds,
-    slow: f64,
-) -> Result<[AxisLimits; N], Refusal> {
-    if speeds.velocity.len() != N {
-        return Err(count::<N>(speeds.velocity.len()));
-    }
-    if speeds.acceleration.len() != N {
-        return Err(count::<N>(speeds.acceleration.len()));
-    }
-    let mut out = *limits;
-    for (k, ((l, v), a)) in (0..N).zip(
-        out.iter_mut()
-            .zip(&speeds.velocity)
-            .zip(&speeds.acceleration),
-    ) {
-        let index = u8::try_from(k).unwrap_or(u8::MAX);
-        let (v, a) = (
-            bounded(index, *v, 1.0)? * slow,
-            bounded(index, *a, 1.0)? * slow,
-        );
-        *l = AxisLimits {
-            v: l.v * v,
-            a: l.a * a,
-            j: l.j * a,
-        };
-    }
-    Ok(out)
-}
-
-/// A speed in (0, upper].
-fn bounded(index: u8, value: f32, upper: f64) -> Result<f64, Refusal> {
-    if !value.is_finite() {
-        return Err(Refusal::NotFinite { index });
-    }
-    if value > 0.0 && f64::from(value) <= upper * (1.0 + f64::from(f32::EPSILON)) {
-        Ok(f64::from(value))
-    } else {
-        #[expect(clippy::cast_possible_truncation, reason = "for the message")]
-        let upper = upper as f32;
-        Err(Refusal::OutOfRange {
-            index,
-            value,
-            lower: 0.0,
-            upper,
-        })
-    }
-}
-
-fn pose(message: &PoseMessage) -> Result<Pose, Refusal> {
-    let all = message.position_m.iter().chain(&message.rotation_rad);
-    for (index, value) in (0..u8::MAX).zip(all) {
-        if !value.is_finite() {
-            return Err(Refusal::NotFinite { index });
-        }
-    }
-    Ok(Pose::from_rotation_vector(
-        Vector3::from(message.position_m),
-        Vector3::from(message.rotation_rad),
-    ))
 }

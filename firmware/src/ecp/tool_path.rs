@@ -6,9 +6,10 @@
 //! cannot be done is a wall: the tool comes to rest before it, and then the instruction is refused.
 
 use crate::capacity::{PATH_AVERAGED, path_per_macrostep};
+use crate::ecp::Demand;
+use crate::ecp::instruct::pose;
 use crate::ecp::path_feed::{Feeds, chord};
 use crate::ecp::tool_motion::{ToolMotion, bend};
-use crate::ecp::{Demand, pose};
 use motion::Pose;
 use motion::feed::{Feed, PushError, Sample, Status, Step};
 use motion::path::{

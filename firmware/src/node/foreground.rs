@@ -153,11 +153,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
     ) {
         for received in rx {
             match received.port {
-                Port::Mp => {
-                    if let Some(incoming) = self.link.receive(&received.frame, received.at) {
-                        self.hear(now, incoming, ecp.as_deref_mut(), tx);
-                    }
-                }
+                Port::Mp => self.listen(now, received, ecp.as_deref_mut(), tx),
                 Port::Drives(bus) => {
                     self.wrist.on_frame(received.at, bus, &received.frame);
                     self.edp.on_frame(received.at, bus, &received.frame);
@@ -261,35 +257,50 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         }
     }
 
+    /// A frame from the MP's bus.
     // a frame of its own: what else its caller does must not lie below it on the stack
     #[inline(never)]
+    fn listen<P: Programs<N>, const W: usize>(
+        &mut self,
+        now: Micros,
+        received: &Received,
+        ecp: Option<&mut Ecp<R, N, P, W>>,
+        tx: &mut impl FnMut(Port, Frame),
+    ) {
+        if let Some(incoming) = self.link.receive(&received.frame, received.at) {
+            self.hear(now, &incoming, ecp, tx);
+        }
+    }
+
     fn hear<P: Programs<N>, const W: usize>(
         &mut self,
         now: Micros,
-        incoming: Incoming,
+        incoming: &Incoming,
         ecp: Option<&mut Ecp<R, N, P, W>>,
         tx: &mut impl FnMut(Port, Frame),
     ) {
         let from = incoming.from;
-        match incoming.message {
-            Message::Command(command) => self.command(now, from, &command),
+        match &incoming.message {
+            Message::Command(command) => self.command(now, from, command),
             Message::StopAll(stop) => self.stop(now, stop.kind),
-            Message::TimeSync(sync) => self.time(now, incoming.received_at, &sync),
+            Message::TimeSync(sync) => self.time(now, incoming.received_at, sync),
             Message::Request {
                 transfer_id,
                 request,
             } => {
                 let reply = self
-                    .request(now, from, &request, ecp)
+                    .request(now, from, request, ecp)
                     .unwrap_or_else(Reply::Refused);
                 // a reply that cannot be encoded is lost like any other frame: the MP asks again
-                let _ = self.link.send_reply(from, transfer_id, &reply, &mut mp(tx));
+                let _ = self
+                    .link
+                    .send_reply(from, *transfer_id, &reply, &mut mp(tx));
             }
             Message::Maintenance {
                 transfer_id,
                 request,
-            } => self.wait_for_keeper(from, transfer_id, request),
-            Message::GetInfo { transfer_id } => self.send_info(from, transfer_id, tx),
+            } => self.wait_for_keeper(from, *transfer_id, request),
+            Message::GetInfo { transfer_id } => self.send_info(from, *transfer_id, tx),
             _ => {}
         }
     }
@@ -311,6 +322,8 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         )
     }
 
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     fn send_info(&mut self, to: NodeId, transfer: TransferId, tx: &mut impl FnMut(Port, Frame)) {
         let identity = self.identity();
         self.link

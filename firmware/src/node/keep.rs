@@ -41,11 +41,13 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
     }
 
     /// A maintenance request arrived: it waits for the keeper. One waits at a time; whoever gets no answer asks again.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub(super) fn wait_for_keeper(
         &mut self,
         from: NodeId,
         transfer_id: TransferId,
-        request: MaintenanceRequest,
+        request: &MaintenanceRequest,
     ) {
         let epoch = request.epoch().unwrap_or(0);
         let allowed = match self.session.authorise(from.get(), epoch) {
@@ -61,7 +63,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             from,
             transfer_id,
             allowed,
-            request,
+            request: request.clone(),
         });
     }
 

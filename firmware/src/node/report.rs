@@ -14,6 +14,8 @@ pub const FEEDBACK_STEPS: u32 = 5;
 
 impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
     /// What is due in this servo step.
+    // a frame of its own: what else its caller does must not lie below it on the stack
+    #[inline(never)]
     pub(super) fn report(&mut self, now: Micros, tx: &mut impl FnMut(Port, Frame)) {
         self.collect_events();
         if let Some(event) = self.events.pop_front() {

@@ -1,7 +1,5 @@
 //! A duration of whole microseconds, and which part of it has passed, without a division.
 
-/// The lower 32 bits.
-const LOW: u64 = 0xFFFF_FFFF;
 /// The longest duration, µs: 71 minutes.
 const MOST_US: u64 = u32::MAX as u64;
 /// 2⁻³².
@@ -57,18 +55,16 @@ impl Span {
     /// u is a product with a reciprocal, up to four too small; but what it leaves is exact.
     #[inline]
     pub(crate) fn part(&self, since_us: u64, fraction: u32) -> Option<Part> {
-        if since_us >= self.us() {
-            return None;
-        }
-        let (high, low) = (self.per_us >> 32, self.per_us & LOW);
-        let u = since_us
-            .wrapping_mul(high)
-            .wrapping_add(since_us.wrapping_mul(low) >> 32)
-            .wrapping_add(u64::from(fraction).wrapping_mul(high) >> 32);
+        // products of 32 bits each: one instruction
+        let since = u32::try_from(since_us).ok().filter(|us| *us < self.us)?;
+        let (high, low) = (upper(self.per_us), lower(self.per_us));
+        let u = product(since, high)
+            .wrapping_add(product(since, low) >> 32)
+            .wrapping_add(product(fraction, high) >> 32);
         let u = u32::try_from(u).unwrap_or(u32::MAX);
         // in 2⁻³² µs, below the duration: so below 2⁶⁴
-        let time = since_us << 32 | u64::from(fraction);
-        let left = time.wrapping_sub(u64::from(u).wrapping_mul(self.us()));
+        let time = u64::from(since) << 32 | u64::from(fraction);
+        let left = time.wrapping_sub(product(u, self.us));
         // at most four durations in 2⁻³² µs; of one longer than 17 minutes, nothing is lost with two bits
         let left = match u32::try_from(left) {
             Ok(left) => float(left),
@@ -79,6 +75,21 @@ impl Span {
             left: left * QUANTA_PER_PART,
         })
     }
+}
+
+const fn product(x: u32, y: u32) -> u64 {
+    (x as u64).wrapping_mul(y as u64)
+}
+
+/// The upper 32 bits.
+const fn upper(x: u64) -> u32 {
+    lower(x >> 32)
+}
+
+/// The lower 32 bits.
+#[expect(clippy::cast_possible_truncation, reason = "the lower half")]
+pub(super) const fn lower(x: u64) -> u32 {
+    x as u32
 }
 
 /// An integer below 2³² as a float.

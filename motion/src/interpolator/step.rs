@@ -70,8 +70,8 @@ impl<const N: usize, const Q: usize> Interpolator<N, Q> {
             return self.rest(position, Mode::Stopped { cause }, Status::Stopped { cause });
         }
         self.mode = Mode::OnTail;
-        let fades = self.braking.axes.each_ref().map(|axis| axis.fade);
-        let states = self.tail.at(&fades, (since_us, path.fraction));
+        let fades = self.braking.axes.iter().map(|axis| &axis.fade);
+        let states = self.tail.at(fades, (since_us, path.fraction));
         timed(&mut self.setpoint, states, path, &self.reach);
         Status::Stopping { cause }
     }

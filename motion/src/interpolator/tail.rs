@@ -159,7 +159,7 @@ impl<const N: usize> Tail<N> {
     /// behind the end; `fades` are the axes' Tᵢ.
     pub(crate) fn at<'a>(
         &'a self,
-        fades: &'a [Span; N],
+        fades: impl Iterator<Item = &'a Span> + 'a,
         (since_us, fraction): (u64, u32),
     ) -> impl Iterator<Item = (Angle, f32, f32)> + 'a {
         let along = self.span.part(since_us, fraction).map(|part| {
@@ -192,8 +192,9 @@ impl<const N: usize> Tail<N> {
                     }
                     None => (*w1, 0.0, 0.0, 0.0),
                 };
+                let way = whole_quanta(way.wrapping_add(faded));
                 (
-                    moved(p, way.wrapping_add(faded)).plus(whole(left + more)),
+                    p.plus(way.wrapping_add(whole(left + more))),
                     velocity + dv,
                     acceleration + da,
                 )
@@ -205,7 +206,7 @@ impl<const N: usize> Tail<N> {
         let mut position = self.from.position;
         let ways = self.along.iter().zip(&self.fading);
         for (position, (w0, w1)) in position.iter_mut().zip(ways) {
-            *position = moved(*position, w0.wrapping_add(*w1));
+            *position = position.plus(whole_quanta(w0.wrapping_add(*w1)));
         }
         position
     }
@@ -235,9 +236,9 @@ fn fading(w: i64, x: u32) -> i64 {
     times_fraction(times_fraction(sum, x), x)
 }
 
-/// A position and a way in 16ths of a quantum, to the nearest quantum.
-const fn moved(from: Angle, way: i64) -> Angle {
-    from.plus(way.wrapping_add(8) >> SIXTEENTH_BITS)
+/// Of a way in 16ths of a quantum the nearest quantum.
+const fn whole_quanta(way: i64) -> i64 {
+    way.wrapping_add(8) >> SIXTEENTH_BITS
 }
 
 /// Its duration in s, in 24 bits.
@@ -300,7 +301,7 @@ mod test {
                 let position = p + v * t * (u - u * u * u + 0.5 * u * u * u * u) + a * f * f * x * x * (0.5 - 2.0 / 3.0 * x + 0.25 * x * x);
                 let velocity = v * (1.0 - 3.0 * u * u + 2.0 * u * u * u) + a * f * x * (1.0 - x) * (1.0 - x);
                 let acceleration = v * 6.0 * u * (u - 1.0) / t + a * (1.0 - x) * (1.0 - 3.0 * x);
-                let found = tail.at(&[fade], (us, fraction)).next();
+                let found = tail.at([fade].iter(), (us, fraction)).next();
                 let (angle, dv, da) = found.unwrap();
                 let off = (angle.to_f64() - position) * 1_099_511_627_776.0;
                 // and f64 in this test: ten roundings of up to 4000 and 60
@@ -309,7 +310,7 @@ mod test {
                 prop_assert!((f64::from(da) - acceleration).abs() < 2e-6 * (6.0 * v.abs() / t + 2.0 * a.abs()), "{da} {acceleration}");
                 prop_assert!(position >= low - 1e-9 && position <= high + 1e-9);
             }
-            let rest = tail.at(&[fade], (tail.duration_us(), 0)).next();
+            let rest = tail.at([fade].iter(), (tail.duration_us(), 0)).next();
             let [stands] = tail.rest_position();
             prop_assert_eq!(rest, Some((stands, 0.0, 0.0)));
         }

@@ -8,7 +8,7 @@ use crate::frame::Frame;
 use crate::id::CanId;
 use crate::message::Command;
 use crate::time::Micros;
-use crate::transfer::Transfer;
+use crate::transfer::{Transfer, TransferId};
 
 /// Why a transfer is no message: counted, never fatal.
 enum Dropped {
@@ -131,6 +131,8 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
     /// Takes one frame received at `now`; returns the message it completes, if it is valid and
     /// concerns this endpoint. Whatever else arrives is dropped and counted in
     /// [`Endpoint::statistics`].
+    // a frame of its own: what its caller does with the message must not lie below it on the stack
+    #[inline(never)]
     pub fn receive(&mut self, frame: &Frame, now: Micros) -> Option<Incoming> {
         let id = CanId::parse(frame.id())?;
         let (kind, to) = Kind::of(id.port)?;
@@ -171,53 +173,75 @@ fn read<const SESSIONS: usize>(
     lease: Option<u32>,
     mut judge: Judge<'_, SESSIONS>,
 ) -> Result<(Message, u8), Dropped> {
-    let transfer_id = transfer.transfer_id;
-    Ok(match kind {
-        Kind::Command => {
-            let (command, lost) = judge.command(transfer, lease)?;
-            (Message::Command(command), lost)
-        }
-        Kind::Feedback => {
-            let (feedback, lost) = judge.protected(transfer, 0)?;
-            (Message::Feedback(feedback), lost)
-        }
-        Kind::StopAll => {
-            let (stop, lost) = judge.protected(transfer, 0)?;
-            (Message::StopAll(stop), lost)
-        }
-        Kind::TimeSync => {
-            let (sync, lost) = judge.protected(transfer, 0)?;
-            (Message::TimeSync(sync), lost)
-        }
-        Kind::DemandTrace => (Message::DemandTrace(plain(transfer.payload)?), 0),
-        Kind::Event => (Message::Event(plain(transfer.payload)?), 0),
-        Kind::Heartbeat => (Message::Heartbeat(Heartbeat::parse(transfer.payload)), 0),
-        Kind::Request => {
-            let request = judge.service(transfer)?;
-            (
-                Message::Request {
-                    transfer_id,
-                    request,
-                },
-                0,
-            )
-        }
-        Kind::Reply => {
-            let reply = judge.service(transfer)?;
-            (Message::Reply { transfer_id, reply }, 0)
-        }
-        Kind::Maintenance => {
-            let request = judge.service(transfer)?;
-            let message = Message::Maintenance {
+    let judge = &mut judge;
+    match kind {
+        Kind::Command => command(judge, transfer, lease),
+        Kind::Feedback => protected(judge, transfer, Message::Feedback),
+        Kind::StopAll => protected(judge, transfer, Message::StopAll),
+        Kind::TimeSync => protected(judge, transfer, Message::TimeSync),
+        Kind::DemandTrace => open(transfer, Message::DemandTrace),
+        Kind::Event => open(transfer, Message::Event),
+        Kind::Heartbeat => Ok((Message::Heartbeat(Heartbeat::parse(transfer.payload)), 0)),
+        Kind::Request => service(judge, transfer, |transfer_id, request| Message::Request {
+            transfer_id,
+            request,
+        }),
+        Kind::Reply => service(judge, transfer, |transfer_id, reply| Message::Reply {
+            transfer_id,
+            reply,
+        }),
+        Kind::Maintenance => service(judge, transfer, |transfer_id, request| {
+            Message::Maintenance {
                 transfer_id,
                 request,
-            };
-            (message, 0)
+            }
+        }),
+        Kind::MaintenanceReply => service(judge, transfer, |transfer_id, reply| {
+            Message::MaintenanceReply { transfer_id, reply }
+        }),
+        Kind::GetInfo => {
+            let transfer_id = transfer.transfer_id;
+            Ok((Message::GetInfo { transfer_id }, 0))
         }
-        Kind::MaintenanceReply => {
-            let reply = judge.service(transfer)?;
-            (Message::MaintenanceReply { transfer_id, reply }, 0)
-        }
-        Kind::GetInfo => (Message::GetInfo { transfer_id }, 0),
-    })
+    }
+}
+
+// Frames of their own: messages of several types, one beside the other, would make one of 2 kB.
+
+#[inline(never)]
+fn command<const SESSIONS: usize>(
+    judge: &mut Judge<'_, SESSIONS>,
+    transfer: &Transfer<'_>,
+    lease: Option<u32>,
+) -> Result<(Message, u8), Dropped> {
+    let (command, lost) = judge.command(transfer, lease)?;
+    Ok((Message::Command(command), lost))
+}
+
+#[inline(never)]
+fn protected<M: Payload, const SESSIONS: usize>(
+    judge: &mut Judge<'_, SESSIONS>,
+    transfer: &Transfer<'_>,
+    message: fn(M) -> Message,
+) -> Result<(Message, u8), Dropped> {
+    let (content, lost) = judge.protected(transfer, 0)?;
+    Ok((message(content), lost))
+}
+
+#[inline(never)]
+fn service<M: Payload, const SESSIONS: usize>(
+    judge: &mut Judge<'_, SESSIONS>,
+    transfer: &Transfer<'_>,
+    message: fn(TransferId, M) -> Message,
+) -> Result<(Message, u8), Dropped> {
+    let content = judge.service(transfer)?;
+    Ok((message(transfer.transfer_id, content), 0))
+}
+
+#[inline(never)]
+fn open<M: Payload>(
+    transfer: &Transfer<'_>,
+    message: fn(M) -> Message,
+) -> Result<(Message, u8), Dropped> {
+    Ok((message(plain(transfer.payload)?), 0))
 }
