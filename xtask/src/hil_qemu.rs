@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// The board.
 const BOARD: Board = Board {
@@ -15,6 +16,10 @@ const BOARD: Board = Board {
     image: "mrroc-qemu",
     features: &[],
 };
+/// Built with it: says whether memory is copied and cleared as it should be.
+const MEMORY: &str = "mrroc-qemu-memory";
+/// For how long that may take.
+const MEMORY_TAKES: Duration = Duration::from_secs(60);
 /// Counts instructions.
 const PLUGIN: &str = "firmware/boards/tools/steps.c";
 /// What must be installed beside Rust.
@@ -38,7 +43,8 @@ pub(crate) fn check(arguments: &[OsString]) -> Result<Findings> {
         Err(findings) => return Ok(findings),
     };
     let plugin = build.join("steps.so");
-    let findings = compile(&root().join(PLUGIN), &plugin)?;
+    let mut findings = compile(&root().join(PLUGIN), &plugin)?;
+    findings.extend(memory(&image.with_file_name(MEMORY))?);
     if !findings.is_empty() {
         return Ok(findings);
     }
@@ -70,6 +76,36 @@ fn starts(program: &str) -> bool {
         .stderr(Stdio::null())
         .status()
         .is_ok_and(|status| status.success())
+}
+
+/// Runs the image that ends with success if memory is copied and cleared as it should be.
+fn memory(image: &Path) -> Result<Findings> {
+    let mut child = Command::new(EMULATOR)
+        .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"])
+        .args(["-serial", "none", "-nodefaults"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .context("cannot start the emulator")?;
+    let begun = Instant::now();
+    let ended = loop {
+        match child.try_wait()? {
+            Some(status) if status.success() => return Ok(vec![]),
+            Some(status) => break status.to_string(),
+            None if begun.elapsed() > MEMORY_TAKES => {
+                child.kill()?;
+                child.wait()?;
+                break format!("no end in {} s", MEMORY_TAKES.as_secs());
+            }
+            None => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    Ok(vec![format!(
+        "{MEMORY}: memory is not copied or cleared as it should be: {ended}"
+    )])
 }
 
 fn compile(source: &Path, plugin: &Path) -> Result<Findings> {
