@@ -217,7 +217,8 @@ fn drives_without_a_gear_get_the_same_targets_and_offsets_over_both_framings() {
     assert!(classical.lengths.is_empty());
     // the drives of the first bus and no more: 4 + 6 bytes each, in a length that FD has
     let drives = drive_buses(RobotKind::Polycrank);
-    let drives = u8::try_from(drives.iter().filter(|bus| **bus == 0).count()).unwrap();
+    let first = drives.iter().take_while(|bus| **bus == 0);
+    let drives = u8::try_from(first.count()).unwrap();
     let length = Layout::Offsets.length(Slot::new(drives).unwrap());
     assert!(fast.lengths.iter().all(|got| *got == length), "{length}");
     let numbers: Vec<u8> = fast.latest.keys().copied().collect();
