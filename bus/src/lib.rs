@@ -60,12 +60,14 @@ impl fmt::Display for StateChange {
                  terminations, the bit rate, and whether the others have power"
             ),
             wire::confinement::State::BusOff => {
-                let interface = bus.strip_prefix("can:").unwrap_or(bus);
-                write!(
-                    f,
-                    "{bus}: bus-off: nothing is sent or heard any more; once the cause is gone, `ip link set \
-                     {interface} type can restart`"
-                )
+                write!(f, "{bus}: bus-off: nothing is sent or heard any more")?;
+                match bus.strip_prefix("can:") {
+                    Some(interface) => write!(
+                        f,
+                        "; once the cause is gone, `ip link set {interface} type can restart`"
+                    ),
+                    None => Ok(()),
+                }
             }
         }
     }

@@ -24,13 +24,18 @@
 //! error counters, error-passive and bus-off are those of [`confinement`]. Whoever is detached or bus-off
 //! hears nothing ([`Delivery::reaches`]). A [`BusFault`] is wrong with the wire as a whole.
 //!
-//! Not modelled: propagation delay, overload frames but those that follow a doubted end. Two taps that offer the same identifier
-//! at the same time would collide on a real bus; here the lower tap wins and
-//! [`Statistics::collisions`] counts it.
+//! Taps that offer the same identifier at the same time all win the arbitration and disturb each other, unless their
+//! frames are equal; [`Statistics::collisions`] counts it.
+//!
+//! Not modelled: propagation delay, overload frames but those that follow a doubted end.
 
+mod attempt;
+mod bits;
 mod bus_fault;
+mod collision;
 pub mod confinement;
 mod controller;
+mod dominance;
 mod fault;
 mod load;
 mod post;
@@ -41,13 +46,13 @@ pub use bus_fault::{BusFault, UnknownBusFault};
 pub use fault::{Disturbance, Fault, Taps};
 pub use post::{DEFAULT_CAPACITY, Outbox, PostError};
 
-use bus_fault::Dominance;
 use confinement::{Counters, State};
 use controller::Controller;
+use dominance::Dominance;
 use fault::Faults;
 use load::Load;
 use post::Queues;
-use protocol::budget::{self, Rates};
+use protocol::budget::Rates;
 use protocol::frame::Frame;
 use queue::Queue;
 use sending::Transmission;
@@ -112,7 +117,7 @@ pub struct Statistics {
     pub worst_latency_ns: u64,
     /// Frames refused because a queue was full or the frame was FD on a classical wire.
     pub refused: u64,
-    /// Arbitrations with the same identifier offered by two taps: an error of configuration.
+    /// Tries in which several taps sent the same identifier at once: an error of configuration.
     pub collisions: u64,
     /// Error frames: tries that came to nothing, or a frame that some had already accepted.
     pub errors: u64,
@@ -227,8 +232,9 @@ impl Wire {
     /// Forgets everything `tap` has not yet sent (it was switched off), except a frame that is on
     /// the bus; if that is destroyed, it is not sent again.
     pub fn clear(&mut self, tap: Tap) {
-        if let Some(transmission) = self.on_bus.as_mut().filter(|sent| sent.from == tap) {
-            transmission.again = false;
+        let sending = self.on_bus.iter_mut().flat_map(Transmission::all_mut);
+        for sending in sending.filter(|sending| sending.tap == tap) {
+            sending.again = false;
         }
         if let Some(queue) = self.queues.taps.get_mut(tap) {
             queue.clear();
@@ -249,11 +255,8 @@ impl Wire {
             return Some(transmission.ends_ns);
         }
         let start = self.next_start_ns()?;
-        let tap = self.arbitrate(start)?;
-        let queue = self.queues.taps.get(tap)?;
-        let frame = queue.offer(start)?;
-        let (outcome, _) = self.outcome(start, tap, frame.id(), &mut self.faults.clone());
-        Some(start + outcome.duration_ns(self.rates, budget::exact(frame)))
+        let attempt = self.attempt(start, &mut self.faults.clone())?;
+        Some(start + attempt.length_ns)
     }
 
     /// Lets time pass until `until_ns`, inclusive: every frame that ends by then is delivered, in

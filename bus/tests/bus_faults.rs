@@ -146,8 +146,12 @@ fn a_stuck_dominant_level_on_an_idle_wire_sends_nobody_off() {
     run(&mut wire, 1_000_000);
     wire.set_bus_fault(Some(BusFault::StuckDominant));
     wire.post(0, 1_000_000, frame(0x80, &[])).unwrap();
-    // 6 bits to see it; 1 + 8·16 = 129 is the first above 127: after 14 and 15 times 8 bits
-    let passive = 1_000_000 + (6 + 14 + 15 * 8) * BIT;
+    // 6 bits to see it; 1 + 8·16 = 129 is the first above 127: 8 behind the flag, then after 14 and 14 times 8 bits
+    let passive = 1_000_000 + (6 + 14 + 14 * 8) * BIT;
+    run(&mut wire, 1_000_000 + (6 + 7) * BIT - 1);
+    assert_eq!(wire.counters(0).receive, 1);
+    run(&mut wire, 1_000_000 + (6 + 7) * BIT);
+    assert_eq!(wire.counters(0).receive, 9);
     run(&mut wire, passive - 1);
     assert_eq!(states(&wire, 3), [State::Active; 3]);
     run(&mut wire, passive);
@@ -161,6 +165,98 @@ fn a_stuck_dominant_level_on_an_idle_wire_sends_nobody_off() {
     assert_eq!(run(&mut wire, 101_000_000).len(), 1);
     // 119 by the frame it received
     assert_eq!(wire.state(1), State::Active);
+}
+
+/// A wire of three taps, of which the first sends a frame that began at 0, and which is dominant from this bit on.
+fn stuck_in(sent: Frame, bit: u64) -> Wire {
+    let mut wire = Wire::new(Kind::Classic, 3);
+    wire.post(0, 0, sent).unwrap();
+    assert!(run(&mut wire, bit * BIT).is_empty());
+    wire.set_bus_fault(Some(BusFault::StuckDominant));
+    wire
+}
+
+#[test]
+fn who_is_in_its_arbitration_when_the_level_begins_has_lost_it_and_stays_on_the_bus() {
+    // start 0, identifier 010 1010 1010: bit 3 is dominant, bit 4 recessive
+    let sent = frame(0x2AA, &[0x55]);
+    let mut wire = stuck_in(sent, 3);
+    run(&mut wire, 1_000_000_000);
+    assert_eq!(states(&wire, 3), [State::Passive; 3]);
+    assert_eq!(
+        (wire.counters(0).transmit, wire.statistics().bus_off),
+        (0, 0)
+    );
+    // mended, it sends what it had to say
+    wire.set_bus_fault(None);
+    let end = 1_000_000_000 + 11 * BIT + length(&sent);
+    assert_eq!(run(&mut wire, end), [(end, 0)]);
+}
+
+#[test]
+fn a_stuff_bit_of_the_arbitration_counts_nothing_by_itself() {
+    // start and four zeros of the identifier: the bit behind them is put in, and recessive
+    let mut wire = stuck_in(frame(0x050, &[]), 5);
+    run(&mut wire, (5 + 1 + 14) * BIT - 1);
+    // who listens has had five dominant bits: it sees the error at once, and one dominant bit behind its flag
+    assert_eq!(
+        (wire.counters(0).transmit, wire.counters(1).receive),
+        (0, 1 + 8)
+    );
+    run(&mut wire, (5 + 1 + 14) * BIT);
+    assert_eq!(
+        (wire.counters(0).transmit, wire.counters(1).receive),
+        (8, 1 + 8 + 8)
+    );
+    // 32 counts, the last after 14 + 31 · 8 bits
+    run(&mut wire, (5 + 1 + 14 + 31 * 8) * BIT - 1);
+    assert_eq!(wire.state(0), State::Passive);
+    run(&mut wire, (5 + 1 + 14 + 31 * 8) * BIT);
+    assert_eq!(wire.state(0), State::BusOff);
+}
+
+#[test]
+fn a_level_that_begins_between_two_frames_leaves_the_first_whole() {
+    let sent = frame(0x123, &[1, 2]);
+    let bits = length(&sent) / BIT;
+    let mut wire = stuck_in(sent, bits - 3);
+    assert_eq!(run(&mut wire, length(&sent)), [(length(&sent), 0)]);
+    // an overload flag is no error: it counts when it does not end
+    assert_eq!(
+        (wire.counters(0).transmit, wire.counters(1).receive),
+        (0, 0)
+    );
+    run(&mut wire, (bits - 3 + 1 + 14) * BIT);
+    assert_eq!(
+        (wire.counters(0).transmit, wire.counters(1).receive),
+        (8, 8)
+    );
+    run(&mut wire, 10_000_000);
+    assert_eq!(
+        states(&wire, 3),
+        [State::BusOff, State::Passive, State::Passive]
+    );
+    // a bit earlier it is in the end of frame, and destroyed
+    let mut wire = stuck_in(sent, bits - 4);
+    assert!(run(&mut wire, length(&sent)).is_empty());
+    assert_eq!((wire.counters(0).transmit, wire.pending(0)), (8, 1));
+}
+
+#[test]
+fn a_level_that_begins_in_fast_data_is_seen_at_the_fast_rate() {
+    // all zeros: every sixth bit is recessive, 200 ns each
+    let sent = Frame::fd(Id::Extended(0x1555_5555), &[0; 64]).unwrap();
+    let mut wire = Wire::new(Kind::Fd, 2);
+    wire.post(0, 0, sent).unwrap();
+    let begins = (u64::from(budget::exact(&sent).nominal) - 13) * BIT + 50 * 200;
+    run(&mut wire, begins);
+    wire.set_bus_fault(Some(BusFault::StuckDominant));
+    assert_eq!(wire.counters(0).transmit, 8);
+    // at most six fast bits until it is seen, and 14 of a flag
+    run(&mut wire, begins + 14 * BIT);
+    assert_eq!(wire.counters(0).transmit, 8);
+    run(&mut wire, begins + 14 * BIT + 6 * 200);
+    assert_eq!(wire.counters(0).transmit, 16);
 }
 
 #[test]
@@ -209,7 +305,8 @@ fn behind_a_cut_nobody_hears_and_is_heard() {
     let mut wire = Wire::new(Kind::Classic, 4);
     wire.set_bus_fault(Some(BusFault::Cut(1)));
     for tap in 0..4 {
-        wire.post(tap, 0, frame(0x300, &[0])).unwrap();
+        let id = 0x300 + u16::try_from(tap).unwrap();
+        wire.post(tap, 0, frame(id, &[0])).unwrap();
     }
     let mut reached = Vec::new();
     wire.advance(10_000_000, &mut |d: Delivery<'_>, _: &mut Outbox<'_>| {

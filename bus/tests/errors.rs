@@ -264,7 +264,7 @@ fn any_disturbance() -> impl Strategy<Value = Disturbance> {
 }
 
 fn any_fault() -> impl Strategy<Value = Fault> {
-    let id = proptest::option::of(0..8u16);
+    let id = proptest::option::of(0..32u16);
     let sender = proptest::option::of(0..4usize);
     (0..3_000_000u64, id, sender, 1..5u32, any_disturbance()).prop_map(
         |(from_ns, id, sender, count, disturbance)| Fault {
@@ -296,7 +296,9 @@ proptest! {
                 wire.disturb(*fault);
             }
             for (tap, at, id, len) in &posts {
-                wire.post(*tap, *at, frame(*id, &vec![0xA5; *len])).unwrap();
+                // no two taps have an identifier in common
+                let id = id | u16::try_from(*tap).unwrap() << 3;
+                wire.post(*tap, *at, frame(id, &vec![0xA5; *len])).unwrap();
             }
             wire
         };

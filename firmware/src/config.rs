@@ -68,7 +68,7 @@ pub enum ConfigError {
     },
     /// Computed torque for a robot that has no chain.
     ServoLaw,
-    /// The fast profile for a drive that needs a torque offset, or beyond its slots.
+    /// The fast profile for a drive beyond its slots.
     FastDrive {
         /// The axis, from 0.
         axis: u8,
@@ -97,7 +97,7 @@ impl core::fmt::Display for ConfigError {
             ),
             Self::FastDrive { axis } => write!(
                 f,
-                "axis {axis}: the fast profile has 15 drives a bus and no torque offset"
+                "axis {axis}: the fast profile has 15 drives a bus, 10 with a torque offset"
             ),
             Self::DuplicateDrive { axis } => {
                 write!(f, "axis {axis}: its drive's id is taken on this bus")

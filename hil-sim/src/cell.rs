@@ -14,6 +14,8 @@ use crate::fault::{Breakable, Broken, FaultSpec, Misplaced, Schedule};
 use crate::plant::force_sensor::ForceNode;
 use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
 use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
+use bus::StateChange;
+use bus::wire::confinement::State;
 use bus::wire::{BusFault, Kind, PostError, Statistics, Tap, Wire};
 use firmware::config::ForceAddress;
 use firmware::{ConfigError, DriveAddress, NodeProcess, Port, Received, Station};
@@ -93,8 +95,11 @@ struct Place {
     taps: Vec<Tap>,
     /// The bus and the tap of the force sensor, once it has sent.
     force_tap: Option<(usize, Tap)>,
-    /// Has no drive's CAN controller to do with errors?
+    /// Has no CAN controller on the drives' buses to do with errors?
     calm: bool,
+    /// The states of the node's controllers on them, and those that have changed.
+    controllers: Vec<State>,
+    changed: Vec<(usize, State)>,
     /// For the node's next step, with the ns of their ends.
     rx: Vec<(u64, Received)>,
     spill: Vec<Sent>,
@@ -225,6 +230,8 @@ impl Cell {
             taps,
             force_tap: None,
             calm: true,
+            controllers: vec![State::Active; buses],
+            changed: Vec::new(),
             rx: Vec::new(),
             spill: Vec::new(),
             first_bus,
@@ -315,6 +322,18 @@ impl Cell {
     #[must_use]
     pub fn refused(&self) -> &[PostError] {
         &self.refused
+    }
+
+    /// A CAN controller of a node on one of its drive buses whose state has changed: each change is told once, as the rim of
+    /// a node tells it that is a process.
+    pub fn take_change(&mut self) -> Option<StateChange> {
+        let place = self
+            .places
+            .iter_mut()
+            .find(|place| !place.changed.is_empty())?;
+        let (bus, state) = place.changed.remove(0);
+        let bus = self.names.get(place.first_bus + bus)?.clone();
+        Some(StateChange { bus, state })
     }
 
     /// Virtual time, ns.
@@ -499,13 +518,19 @@ impl Place {
         self.post_spilt();
     }
 
-    /// Drives learn how their CAN controllers are, and tell those that are bus-off to recover.
+    /// Drives learn how their CAN controllers are, and tell those that are bus-off to recover. What the node's do is told.
     fn watch_controllers(&mut self, now_ns: u64) {
         let plain = self.wires.iter().all(Wire::is_plain);
         if plain && self.calm {
             return;
         }
         self.calm = plain;
+        let node = self.wires.iter().map(|wire| wire.state(NODE_TAP));
+        for (bus, (before, state)) in self.controllers.iter_mut().zip(node).enumerate() {
+            if core::mem::replace(before, state) != state {
+                self.changed.push((bus, state));
+            }
+        }
         for (axis, tap) in self.taps.iter().copied().enumerate() {
             let bus = self.robot.bus_of(axis).map(usize::from);
             let Some(wire) = bus.and_then(|bus| self.wires.get_mut(bus)) else {

@@ -139,8 +139,13 @@ fn build(
         .visit(station.track, Wiring(&station))
         .map_err(config)?;
     let period = Micros(u64::from(step_us));
-    let robot = SimRobot::new(setup(kind, &drives, args.seed, args.quirks), args.seed)
-        .map_err(|error| wrong(&error))?;
+    let robot = |mtu: Mtu| {
+        let mut setup = setup(kind, &drives, args.seed, args.quirks);
+        for axis in &mut setup.axes {
+            axis.drive.fd = mtu == Mtu::Fd;
+        }
+        SimRobot::new(setup, args.seed).map_err(|error| wrong(&error))
+    };
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
     Ok(match (&args.place, hub) {
         (Place::Hub { .. }, Some(hub)) => {
@@ -150,7 +155,7 @@ fn build(
                 .map(|tap| Box::new(tap) as Box<dyn Bus + Send>)
                 .collect();
             LiveRobot::new(
-                robot,
+                robot(Mtu::Classic)?,
                 taps,
                 Waiting::Wake,
                 Clock::waiting(period.0 * 1000),
@@ -158,11 +163,13 @@ fn build(
             )
         }
         (Place::Can { interface }, _) => {
-            let (can, _) = open_can(interface, Hears::Standard).map_err(unavailable)?;
+            let (can, mtu) = open_can(interface, Hears::Standard).map_err(unavailable)?;
+            let robot = robot(mtu)?;
             LiveRobot::new(robot, vec![can], Waiting::Look, Clock::strict(), period)
         }
         (Place::Slcan(adapter), _) => {
             let line = Box::new(adapter.open().map_err(unavailable)?);
+            let robot = robot(Mtu::Classic)?;
             LiveRobot::new(robot, vec![line], Waiting::Look, Clock::strict(), period)
         }
         (Place::Hub { .. }, None) => {

@@ -36,6 +36,31 @@ fn what_breaks_is_told_with_its_cause_and_its_axis() {
 }
 
 #[test]
+fn a_node_whose_controller_is_in_trouble_says_so() {
+    for (fault, told) in [
+        (".0:stuck-dominant", Some("error-passive: ")),
+        (".0:short", Some("bus-off: nothing is sent")),
+        (".0:cut:3", None),
+    ] {
+        let output = broken(fault);
+        let lines = output.stderr.lines();
+        let of_the_bus = |line: &&str| line.contains("irp6-postument.0: ");
+        let lines: Vec<&str> = lines.filter(of_the_bus).collect();
+        match told {
+            Some(words) => {
+                let last = format!("mrroc: irp6-postument.0: {words}");
+                assert!(
+                    lines.iter().any(|line| line.starts_with(&last)),
+                    "{fault}: {}",
+                    output.stderr
+                );
+            }
+            None => assert_eq!(lines, [""; 0], "{fault}"),
+        }
+    }
+}
+
+#[test]
 fn what_has_no_part_in_the_motion_ends_nothing() {
     // switches and index are of homing, which is over
     for fault in ["/1:switch-on", "/1:no-index", "/1:none"] {

@@ -268,6 +268,8 @@ fn mistakes_are_one_line_with_a_code_of_their_own() {
         let no_interface = ["irp6-track", "--bus", "can:mrroc-none0"];
         refused(name, &no_interface, 69, &["can:mrroc-none0"]);
     }
+    let fast = ["irp6-track", "--bus", "hub", "--fast-drives"];
+    refused("mrroc-node", &fast, 64, &["--fast-drives", "hub", "can:"]);
     let taken = TcpListener::bind(("127.0.0.1", 0)).unwrap();
     let place = format!("hub:{}", taken.local_addr().unwrap().port());
     let address = taken.local_addr().unwrap().to_string();

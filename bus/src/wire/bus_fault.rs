@@ -1,24 +1,19 @@
 //! What is wrong with a wire as a whole, until somebody mends it.
 
-use super::confinement::{DOMINANT_FIRST, DOMINANT_NEXT, State};
 use super::{Disturbance, Tap, Taps, Wire};
 use core::fmt;
 use core::str::FromStr;
 
-/// The sixth dominant bit in a row breaks the rule of stuffing: who only listens knows it then.
-const STUFF_ERROR: u64 = 6;
 /// A bit behind the arbitration of either format, where a destroyed frame is its sender's error.
 const WRECKED_BIT: u32 = 40;
 /// Recessive bits after which a wire that was dominant is idle.
 const IDLE_BITS: u64 = 11;
-/// After so many counts no counter changes any more: 32 make bus-off.
-const COUNTS: u64 = 32;
-
 /// A fault of the wire itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BusFault {
-    /// A dominant level does not end. Who was sending goes bus-off; the others see errors, become error-passive and wait
-    /// for the wire to be idle (ISO 11898-1:2015, 12.1.4.2 f: only a transmitter's counter leads to bus-off).
+    /// A dominant level does not end. Who was sending goes bus-off, unless its frame was in its arbitration still: then it
+    /// has lost it. All others see errors, become error-passive and wait for the wire to be idle, which it never is; so
+    /// nobody begins to send, and only a transmitter's counter leads to bus-off (ISO 11898-1:2015, 12.1.4.2 f).
     StuckDominant,
     /// The two lines touch: nobody sees a dominant bit, not even who sends it. Everybody who tries to send goes
     /// bus-off; who only listens sees an idle wire. Of the errors within one error flag only the first counts.
@@ -63,24 +58,13 @@ impl FromStr for BusFault {
     }
 }
 
-/// A dominant level that does not end.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Dominance {
-    /// Who was sending when it began.
-    transmitter: Option<Tap>,
-    /// When error flags began, ns.
-    since_ns: u64,
-    /// How often the counters went up.
-    counted: u64,
-}
-
 impl Wire {
     /// Something is wrong with the wire from now on, or nothing any more. What is on it ends as it would have, unless
     /// the level is stuck: that destroys it.
     pub fn set_bus_fault(&mut self, fault: Option<BusFault>) {
         let now_ns = self.now_ns;
         if self.dominance.take().is_some() {
-            self.idle_from_ns = now_ns + IDLE_BITS * self.bit_ns();
+            self.idle_from_ns = self.idle_from_ns.max(now_ns + IDLE_BITS * self.bit_ns());
             for controller in &mut self.controllers {
                 controller.released(now_ns);
             }
@@ -101,72 +85,10 @@ impl Wire {
         self.bus_fault
     }
 
-    fn become_dominant(&mut self) {
-        let bit_ns = self.bit_ns();
-        let sending = self.on_bus.take();
-        let transmitter = sending.as_ref().map(|transmission| transmission.from);
-        for (tap, controller) in self.controllers.iter_mut().enumerate() {
-            controller.begun(self.now_ns, bit_ns);
-            if !controller.takes_part() {
-                continue;
-            }
-            if Some(tap) != transmitter {
-                controller.counters.receive_failed(false);
-                continue;
-            }
-            controller.counters.send_failed();
-            if controller.counters.state() == State::BusOff {
-                self.statistics.bus_off += 1;
-            }
-        }
-        // a sender sees its next recessive bit as dominant, the others wait for the sixth
-        let seen_after = if sending.is_some() { 1 } else { STUFF_ERROR };
-        self.dominance = Some(Dominance {
-            transmitter,
-            since_ns: self.now_ns + seen_after * bit_ns,
-            counted: 0,
-        });
-        self.statistics.errors += 1;
-        if let Some(transmission) = sending.filter(|transmission| transmission.again)
-            && let Some(queue) = self.queues.taps.get_mut(transmission.from)
-        {
-            queue.insert(transmission.waiting);
-        }
-    }
-
-    /// Counts the errors of a level that is dominant still.
-    pub(super) fn dominate(&mut self) {
-        let Some(mut dominance) = self.dominance else {
-            return;
-        };
-        let bits = self.now_ns.saturating_sub(dominance.since_ns) / self.bit_ns().max(1);
-        let due = if bits < DOMINANT_FIRST {
-            0
-        } else {
-            (bits - DOMINANT_FIRST) / DOMINANT_NEXT + 1
-        };
-        for _ in dominance.counted..due.min(COUNTS) {
-            for (tap, controller) in self.controllers.iter_mut().enumerate() {
-                if !controller.takes_part() {
-                    continue;
-                }
-                if dominance.transmitter != Some(tap) {
-                    controller.counters.held_dominant();
-                    continue;
-                }
-                controller.counters.send_failed();
-                if controller.counters.state() == State::BusOff {
-                    self.statistics.bus_off += 1;
-                }
-            }
-        }
-        dominance.counted = due.min(COUNTS);
-        self.dominance = Some(dominance);
-    }
-
-    /// What happens to every frame of a tap.
-    pub(super) fn wrecking(&self, from: Tap) -> Option<Disturbance> {
-        (self.bus_fault == Some(BusFault::Wrecked(from))).then_some(Disturbance::Bit(WRECKED_BIT))
+    /// What happens to every frame of a tap, if that is one of those who send.
+    pub(super) fn wrecking(&self, sends: impl Fn(Tap) -> bool) -> Option<Disturbance> {
+        let wrecked = matches!(self.bus_fault, Some(BusFault::Wrecked(tap)) if sends(tap));
+        wrecked.then_some(Disturbance::Bit(WRECKED_BIT))
     }
 
     /// All that begin to send at `at_ns`.

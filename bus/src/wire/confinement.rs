@@ -9,6 +9,7 @@
 //! | b: … and sees a dominant bit right after its own flag: it was the first | REC + 8 |
 //! | c: a transmitter sends an error flag | TEC + 8 |
 //! | c, exception A: it is error-passive, got no acknowledge and sees no dominant bit | – |
+//! | c, exception B: a recessive stuff bit of its arbitration is dominant | – |
 //! | f: 14 dominant bits from the start of its flag on, and every 8 more | transmitter TEC + 8, receiver REC + 8 |
 //! | g: a frame was sent | TEC − 1, not below 0 |
 //! | h: a frame was received | REC − 1, not below 0; from above 127 to 119 … 127 |
@@ -25,11 +26,6 @@ pub const RECOVERY_SEQUENCES: u32 = 128;
 
 /// Recessive bits of one such sequence.
 pub const SEQUENCE_BITS: u32 = 11;
-
-/// Dominant bits from the start of an error flag on after which the counters go up, and …
-pub(super) const DOMINANT_FIRST: u64 = 14;
-/// … again after so many more.
-pub(super) const DOMINANT_NEXT: u64 = 8;
 
 /// Above this a counter makes error-passive.
 const PASSIVE_ABOVE: u16 = 127;
@@ -92,7 +88,7 @@ impl Counters {
         }
     }
 
-    /// f, of a receiver.
+    /// f of a receiver, and b of one that need not have been the first: the level does not end.
     pub(super) const fn held_dominant(&mut self) {
         if self.receive <= PASSIVE_ABOVE {
             self.receive += 8;

@@ -96,12 +96,17 @@ impl Faults {
         }
     }
 
-    /// What happens to a frame that begins now, if anything.
-    pub(super) fn take(&mut self, start_ns: u64, from: Tap, id: Id) -> Option<Disturbance> {
+    /// What happens to a frame that begins now, if anything; `sends` says who sends it.
+    pub(super) fn take(
+        &mut self,
+        start_ns: u64,
+        sends: impl Fn(Tap) -> bool,
+        id: Id,
+    ) -> Option<Disturbance> {
         let fits = |fault: &Fault| {
             fault.from_ns <= start_ns
                 && fault.id.is_none_or(|of| of == id)
-                && fault.sender.is_none_or(|sender| sender == from)
+                && fault.sender.is_none_or(&sends)
         };
         let place = self.0.iter().position(fits)?;
         let fault = self.0.get_mut(place)?;

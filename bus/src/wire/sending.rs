@@ -1,56 +1,57 @@
-//! One try to send a frame: its beginning, its outcome and its end.
+//! One try to send a frame: its beginning and its end.
 
+use super::attempt::{Attempt, Outcome};
+use super::collision::FALLEN_BITS;
 use super::confinement::{SUSPEND_BITS, State};
-use super::fault::{
-    Disturbance, Faults, Seen, destroyed_ns, doubted_ns, shorted_ns, unacknowledged_ns,
-};
 use super::queue::{Queue, Waiting};
-use super::{BusFault, Delivery, Outbox, Tap, Taps, Wire};
-use protocol::budget::{self, Bits, Rates};
-use protocol::frame::Id;
+use super::{Delivery, Outbox, Tap, Taps, Wire};
+use protocol::budget::Bits;
 
-/// What a try comes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outcome {
-    /// The frame is at its end; some may have missed it.
-    Sent,
-    /// An error frame after so many bits; the tap that saw the error first, if it was one.
-    Destroyed {
-        bit: u32,
-        seen: Seen,
-        first: Option<Tap>,
-    },
-    /// An error frame after the acknowledge slot.
-    Unacknowledged,
-    /// Some rejected it in its last-but-one bit, the others have it.
-    Doubted(Taps),
-    /// The wires touch: all that began saw their start bit as recessive, and nobody else saw anything.
-    Shorted(Taps),
-}
-
-impl Outcome {
-    /// From start of frame to the end of the interframe space, for a frame of this length.
-    pub(super) fn duration_ns(self, rates: Rates, length: Bits) -> u64 {
-        match self {
-            Self::Sent => rates.duration_ns(length),
-            Self::Destroyed { bit, seen, .. } => destroyed_ns(rates, length, bit, seen),
-            Self::Unacknowledged => unacknowledged_ns(rates, length),
-            Self::Doubted(_) => doubted_ns(rates, length),
-            Self::Shorted(_) => shorted_ns(rates),
-        }
-    }
+/// A frame that a tap has begun to send.
+#[derive(Clone, Debug)]
+pub(super) struct Sending {
+    pub(super) tap: Tap,
+    /// If it is destroyed, it is sent again.
+    pub(super) again: bool,
+    pub(super) waiting: Waiting,
 }
 
 /// The frame on the bus.
 #[derive(Clone, Debug)]
 pub(super) struct Transmission {
     pub(super) ends_ns: u64,
-    pub(super) from: Tap,
-    /// If it is destroyed, it is sent again.
-    pub(super) again: bool,
-    pub(super) waiting: Waiting,
-    outcome: Outcome,
-    missed: Taps,
+    /// Whose bits are on the wire.
+    pub(super) first: Sending,
+    /// Those who began with the same identifier.
+    pub(super) others: Vec<Sending>,
+    attempt: Attempt,
+}
+
+impl Transmission {
+    /// When it began, ns.
+    pub(super) const fn begun_ns(&self) -> u64 {
+        self.ends_ns.saturating_sub(self.attempt.length_ns)
+    }
+
+    /// Will it get to its end?
+    pub(super) fn is_sound(&self) -> bool {
+        self.attempt.outcome == Outcome::Sent
+    }
+
+    /// Who sends it.
+    pub(super) const fn senders(&self) -> Taps {
+        self.attempt.senders.with(self.attempt.from)
+    }
+
+    /// Everybody who began it, and their frames.
+    pub(super) fn into_all(self) -> impl Iterator<Item = Sending> {
+        core::iter::once(self.first).chain(self.others)
+    }
+
+    /// The same.
+    pub(super) fn all_mut(&mut self) -> impl Iterator<Item = &mut Sending> {
+        core::iter::once(&mut self.first).chain(&mut self.others)
+    }
 }
 
 impl Wire {
@@ -76,23 +77,6 @@ impl Wire {
         Some(starts.min()?.max(idle_from_ns))
     }
 
-    /// The tap with the most urgent offer at `at_ns`.
-    pub(super) fn arbitrate(&self, at_ns: u64) -> Option<Tap> {
-        let bit_ns = self.bit_ns();
-        let mut best: Option<(u64, Tap)> = None;
-        for (tap, (queue, controller)) in self.queues.taps.iter().zip(&self.controllers).enumerate()
-        {
-            let able = self.plain || controller.may_begin(at_ns, bit_ns);
-            if able
-                && let Some(urgency) = queue.urgency(at_ns)
-                && best.is_none_or(|(lowest, _)| urgency < lowest)
-            {
-                best = Some((urgency, tap));
-            }
-        }
-        best.map(|(_, tap)| tap)
-    }
-
     /// A nominal bit, ns, rounded up.
     pub(super) const fn bit_ns(&self) -> u64 {
         self.rates.duration_ns(Bits {
@@ -107,108 +91,47 @@ impl Wire {
         let Some(start) = self.next_start_ns().filter(|start| *start < until_ns) else {
             return false;
         };
-        let Some(from) = self.arbitrate(start) else {
-            return false;
-        };
-        let Some(queue) = self.queues.taps.get_mut(from) else {
-            return false;
-        };
-        let Some(waiting) = queue.take(start) else {
-            return false;
-        };
-        let urgency = waiting.frame.id().arbitration();
-        let rivals = self.queues.taps.iter().skip(from + 1);
-        if rivals
-            .filter_map(|queue| queue.urgency(start))
-            .any(|other| other == urgency)
-        {
-            self.statistics.collisions += 1;
-        }
         let mut faults = std::mem::take(&mut self.faults);
-        let (outcome, missed) = self.outcome(start, from, waiting.frame.id(), &mut faults);
+        let attempt = self.attempt(start, &mut faults);
         self.faults = faults;
+        let Some(attempt) = attempt else {
+            return false;
+        };
+        let Some(first) = self.take(attempt.from, start) else {
+            return false;
+        };
+        let mut others = Vec::new();
+        if attempt.senders != Taps::NONE {
+            self.statistics.collisions += 1;
+            let rivals = (0..self.controllers.len())
+                .filter(|tap| *tap != attempt.from && attempt.senders.contains(*tap));
+            for tap in rivals {
+                others.extend(self.take(tap, start));
+            }
+        }
         if !self.plain {
             let bit_ns = self.bit_ns();
             for controller in &mut self.controllers {
                 controller.begun(start, bit_ns);
             }
         }
-        let length = outcome.duration_ns(self.rates, budget::exact(&waiting.frame));
-        self.load.occupy(start, start + length);
-        self.statistics.busy_ns += length;
+        self.load.occupy(start, start + attempt.length_ns);
+        self.statistics.busy_ns += attempt.length_ns;
         self.on_bus = Some(Transmission {
-            ends_ns: start + length,
-            from,
-            again: true,
-            waiting,
-            outcome,
-            missed,
+            ends_ns: start + attempt.length_ns,
+            first,
+            others,
+            attempt,
         });
         true
     }
 
-    /// What a try that begins now will come to, and who will miss the frame.
-    pub(super) fn outcome(
-        &self,
-        start_ns: u64,
-        from: Tap,
-        id: Id,
-        faults: &mut Faults,
-    ) -> (Outcome, Taps) {
-        let disturbance = faults.take(start_ns, from, id).or(self.wrecking(from));
-        if self.bus_fault == Some(BusFault::Short) {
-            return (
-                Outcome::Shorted(self.contenders(start_ns).with(from)),
-                Taps::NONE,
-            );
-        }
-        if self.plain && disturbance.is_none() && self.controllers.len() > 1 {
-            return (Outcome::Sent, Taps::NONE);
-        }
-        let mut deaf = Taps::NONE;
-        let mut listeners = 0;
-        for (tap, controller) in self.controllers.iter().enumerate() {
-            if tap != from && controller.takes_part() {
-                listeners += 1;
-            } else {
-                deaf = deaf.with(tap);
-            }
-        }
-        if listeners == 0 {
-            return (Outcome::Unacknowledged, deaf);
-        }
-        let state = |tap: Tap| self.state(tap);
-        match disturbance {
-            None => (Outcome::Sent, deaf),
-            Some(Disturbance::Bit(bit)) => {
-                // the flag of a passive sender is recessive: the others see its silence as an error
-                let seen = match state(from) {
-                    State::Active => Seen::AtOnce,
-                    State::Passive | State::BusOff => Seen::OneByOne,
-                };
-                let first = None;
-                (Outcome::Destroyed { bit, seen, first }, deaf)
-            }
-            Some(Disturbance::BitAt { tap, .. }) if deaf.contains(tap) => (Outcome::Sent, deaf),
-            Some(Disturbance::BitAt { tap, bit }) => match state(tap) {
-                State::Active => {
-                    let (seen, first) = (Seen::OneByOne, Some(tap));
-                    (Outcome::Destroyed { bit, seen, first }, deaf)
-                }
-                State::Passive | State::BusOff => (Outcome::Sent, deaf.with(tap)),
-            },
-            Some(Disturbance::LastButOne(taps)) => {
-                let reject = |tap: &Tap| taps.contains(*tap) && !deaf.contains(*tap);
-                let rejecting: Vec<Tap> = (0..self.controllers.len()).filter(reject).collect();
-                let missed = rejecting.iter().fold(deaf, |all, tap| all.with(*tap));
-                let active = rejecting.iter().any(|tap| state(*tap) == State::Active);
-                if active {
-                    (Outcome::Doubted(taps), missed)
-                } else {
-                    (Outcome::Sent, missed)
-                }
-            }
-        }
+    fn take(&mut self, tap: Tap, start_ns: u64) -> Option<Sending> {
+        Some(Sending {
+            tap,
+            again: true,
+            waiting: self.queues.taps.get_mut(tap)?.take(start_ns)?,
+        })
     }
 
     /// The try is over: counters, the frame back into its queue if it has to be sent again, and the
@@ -218,15 +141,16 @@ impl Wire {
         transmission: Transmission,
         deliver: &mut impl FnMut(Delivery<'_>, &mut Outbox<'_>),
     ) {
-        let Transmission {
-            ends_ns: at_ns,
+        let at_ns = transmission.ends_ns;
+        let Attempt {
             from,
+            fallen,
             outcome,
             missed,
-            ref waiting,
             ..
-        } = transmission;
-        self.idle_from_ns = at_ns;
+        } = transmission.attempt;
+        let waiting = &transmission.first.waiting;
+        self.idle_from_ns = self.idle_from_ns.max(at_ns);
         self.now_ns = self.now_ns.max(at_ns);
         if !self.plain || outcome != Outcome::Sent || missed != Taps::NONE {
             self.confine(&transmission);
@@ -255,17 +179,25 @@ impl Wire {
                 },
             );
         }
-        if outcome != Outcome::Sent
-            && transmission.again
-            && let Some(queue) = self.queues.taps.get_mut(from)
-        {
-            queue.insert(transmission.waiting);
+        for sending in transmission.into_all() {
+            let through = outcome == Outcome::Sent && !fallen.contains(sending.tap);
+            if !through && sending.again {
+                self.put_back(sending);
+            }
+        }
+    }
+
+    /// Its frame is where it was.
+    pub(super) fn put_back(&mut self, sending: Sending) {
+        if let Some(queue) = self.queues.taps.get_mut(sending.tap) {
+            queue.insert(sending.waiting);
         }
     }
 
     /// Counts the errors and successes of a try.
     fn confine(&mut self, transmission: &Transmission) {
-        let (from, missed) = (transmission.from, transmission.missed);
+        let attempt = &transmission.attempt;
+        let missed = attempt.missed;
         let bit_ns = self.bit_ns();
         for (tap, controller) in self.controllers.iter_mut().enumerate() {
             controller.ended(transmission.ends_ns, bit_ns);
@@ -273,7 +205,9 @@ impl Wire {
                 continue;
             }
             let counters = &mut controller.counters;
-            match (tap == from, transmission.outcome) {
+            let (sends, fell) = (attempt.is_sender(tap), attempt.fallen.contains(tap));
+            match (sends, attempt.outcome) {
+                (true, _) if fell => counters.send_failed(),
                 (true, Outcome::Sent) => counters.sent(),
                 (true, Outcome::Destroyed { .. } | Outcome::Doubted(_)) => counters.send_failed(),
                 (true, Outcome::Unacknowledged) => counters.not_acknowledged(),
@@ -292,14 +226,13 @@ impl Wire {
                 }
                 (false, Outcome::Unacknowledged) => {}
             }
-            if tap == from
-                || matches!(transmission.outcome, Outcome::Shorted(all) if all.contains(tap))
-            {
+            if sends || matches!(attempt.outcome, Outcome::Shorted(all) if all.contains(tap)) {
                 controller.silent_until_ns = 0;
                 match controller.counters.state() {
                     State::Active => {}
                     State::Passive => {
-                        let silent_ns = bit_ns.saturating_mul(u64::from(SUSPEND_BITS));
+                        let late = if fell { FALLEN_BITS } else { 0 };
+                        let silent_ns = bit_ns.saturating_mul(u64::from(SUSPEND_BITS + late));
                         controller.silent_until_ns = transmission.ends_ns + silent_ns;
                     }
                     State::BusOff => self.statistics.bus_off += 1,

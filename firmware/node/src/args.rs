@@ -51,6 +51,10 @@ struct Raw {
     /// Where poses put the track of irp6-track; the cell file of the MP must say the same
     #[arg(long, value_enum, default_value = "keep")]
     track: Track,
+    /// Node and drives speak the fast profile of CAN FD, which is experimental: on an interface that carries CAN FD,
+    /// with drives that can (those of mrroc-hil-sim)
+    #[arg(long)]
+    fast_drives: bool,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -99,6 +103,8 @@ pub(crate) struct Args {
     pub(crate) velocity_factor: f64,
     /// Where the track goes.
     pub(crate) track: TrackRule,
+    /// The fast profile towards the drives.
+    pub(crate) fast_drives: bool,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// Where its state is kept.
@@ -130,6 +136,12 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     if raw.track != Track::Keep && robot != RobotKind::Irp6Track {
         return Err(End::usage(format!("--track: {robot} has no track")));
     }
+    if raw.fast_drives && !matches!(raw.bus, Place::Can { .. }) {
+        return Err(End::usage(format!(
+            "--fast-drives: {} carries classical frames only (expected can:INTERFACE, with CAN FD)",
+            raw.bus
+        )));
+    }
     Ok(Args {
         robot,
         place: raw.bus,
@@ -145,6 +157,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::Keep => TrackRule::Keep,
             Track::InFront => TrackRule::InFront,
         },
+        fast_drives: raw.fast_drives,
         priority: raw.priority,
         state: raw.state,
         json: raw.json,
@@ -174,7 +187,7 @@ mod tests {
     #[test]
     fn defaults() {
         let args = of("mrroc-node irp6-postument --bus hub:3000").unwrap();
-        assert_eq!(args.effector, 2);
+        assert_eq!((args.effector, args.fast_drives), (2, false));
         assert_eq!(args.law, ServoLaw::DrivePosition);
         assert_eq!(
             args.place,
@@ -183,10 +196,8 @@ mod tests {
                 port: 3000
             }
         );
-        assert_eq!(
-            of("mrroc-node irp6-track --bus can:can0").unwrap().effector,
-            1
-        );
+        let args = of("mrroc-node irp6-track --bus can:can0 --fast-drives").unwrap();
+        assert_eq!((args.effector, args.fast_drives), (1, true));
     }
 
     #[test]
@@ -204,6 +215,8 @@ mod tests {
             "mrroc-node irp6-track --bus hub --velocity-factor 0",
             "mrroc-node irp6-track --bus hub --velocity-factor NaN",
             "mrroc-node irp6-track --bus hub --velocity-factor 1.1",
+            "mrroc-node irp6-track --bus hub --fast-drives",
+            "mrroc-node irp6-track --bus slcan:/dev/ttyACM0 --fast-drives",
             "mrroc-node irp6-track --bus hub --bogus",
         ] {
             let end = of(text).unwrap_err();

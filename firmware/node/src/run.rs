@@ -73,9 +73,20 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
         printer.tell(line);
     })?;
     station.mtu = opened.mtu;
+    if args.fast_drives && opened.mtu != Mtu::Fd {
+        return Err(End::new(
+            exit::UNAVAILABLE,
+            format!(
+                "{}: --fast-drives: this interface carries classical frames only (CAN FD has an mtu of 72: \
+                 `ip link set … mtu 72`, a controller also `type can … dbitrate … fd on`)",
+                args.place
+            ),
+        ));
+    }
     let state = State::open(args.state.as_deref(), args.robot)?;
     let build = Build {
         station: &station,
+        fast_drives: args.fast_drives,
         state: &state,
         wrong: &wrong,
     };
@@ -122,6 +133,7 @@ impl RobotVisitor for Drives<'_> {
 /// Makes the node of a robot.
 struct Build<'a, W> {
     station: &'a Station,
+    fast_drives: bool,
     state: &'a State,
     wrong: &'a W,
 }
@@ -134,7 +146,10 @@ impl<W: Fn(ConfigError) -> End> RobotVisitor for Build<'_, W> {
         R: Robot<N> + Copy + Debug + Send + Sync + 'static,
     {
         let config = self.station.config(robot.description().drive_buses());
-        let node = config.and_then(|config| Node::new(now(), robot, config));
+        let node = config.and_then(|mut config| {
+            config.fast_drives = self.fast_drives;
+            Node::new(now(), robot, config)
+        });
         let keeper = self.state.keeper(N)?;
         Ok(Box::new(Kept::new(node.map_err(self.wrong)?, keeper)))
     }

@@ -124,7 +124,7 @@ impl<const N: usize> Drives<N> {
                 for link in &mut self.links {
                     link.join(bus, &mut group);
                 }
-                let Some(frame) = group.and_then(|group| group.frame()) else {
+                let Some(frame) = group.and_then(|group| group.frame(self.sync.cob())) else {
                     break;
                 };
                 tx(Port::Drives(bus), frame);

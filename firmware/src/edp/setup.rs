@@ -15,7 +15,7 @@ use motion::knot::EnvelopeError;
 use motion::profile::AxisLimits;
 use motion::{Angle, AxisEnvelope};
 use protocol::canopen::cia402::Mode;
-use protocol::canopen::fast::Slot;
+use protocol::canopen::fast::{Layout, Slot};
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::message::ServoLaw;
 use protocol::time::Micros;
@@ -152,7 +152,15 @@ impl<const N: usize> EdpSetup<N> {
         if self.scripts.iter().all(|script| script.slot.is_none()) {
             return Ok(());
         }
-        let unfit = |script: &AxisSetup| script.slot.is_none() || script.torque_offset;
+        let unfit = |script: &AxisSetup| {
+            let layout = if script.torque_offset {
+                Layout::Offsets
+            } else {
+                Layout::Targets
+            };
+            let fits = |slot: Slot| usize::from(slot.get()) <= layout.slots();
+            !script.slot.is_some_and(fits)
+        };
         match self.scripts.iter().position(unfit) {
             Some(axis) => Err(ConfigError::FastDrive {
                 axis: u8::try_from(axis).unwrap_or(u8::MAX),
@@ -264,4 +272,53 @@ fn saturate(value: i64) -> u32 {
 )]
 fn saturate_f64(value: f64) -> u32 {
     value as u32
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::process::Station;
+    use protocol::transfer::Mtu;
+    use robots::{Irp6Postument, Polycrank, TrackRule};
+
+    fn setup<R: Robot<N>, const N: usize>(robot: &R) -> EdpSetup<N> {
+        let station = Station {
+            effector: 1,
+            unique_id: 1,
+            mtu: Mtu::Fd,
+            law: ServoLaw::DrivePosition,
+            velocity_factor: 0.2,
+            one_wire: false,
+            track: TrackRule::Keep,
+        };
+        let buses = robot.description().drive_buses();
+        let mut config = station.config(buses).unwrap();
+        config.fast_drives = true;
+        EdpSetup::new(robot, &config)
+    }
+
+    /// What becomes of it with the third axis in this slot.
+    fn slot<const N: usize>(mut setup: EdpSetup<N>, number: u8) -> Result<(), ConfigError> {
+        setup.scripts[2].slot = Slot::new(number);
+        setup.validate_slots()
+    }
+
+    #[test]
+    fn the_fast_profile_has_fifteen_drives_a_bus_and_ten_with_an_offset() {
+        let refused = Err(ConfigError::FastDrive { axis: 2 });
+        let geared = setup(&Irp6Postument);
+        assert!(geared.scripts.iter().all(|script| !script.torque_offset));
+        let direct = setup(&Polycrank);
+        assert!(direct.scripts.iter().any(|script| script.torque_offset));
+        let results = [10, 11, 15, 16].map(|n| (slot(geared.clone(), n), slot(direct.clone(), n)));
+        assert_eq!(
+            results,
+            [
+                (Ok(()), Ok(())),
+                (Ok(()), refused),
+                (Ok(()), refused),
+                (refused, refused)
+            ]
+        );
+    }
 }

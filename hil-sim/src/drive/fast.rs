@@ -1,25 +1,29 @@
 //! The fast profile on CAN FD ([`protocol::canopen::fast`]): one group for all drives of a bus, one feedback each.
 
 use protocol::canopen::axis::Target;
-use protocol::canopen::fast::{Feedback, GROUP_COB, Group, Slot};
+use protocol::canopen::fast::{Feedback, Group, Layout, Slot};
 use protocol::canopen::nmt::State;
 use protocol::canopen::node::Function;
 use protocol::frame::{Frame, Id};
 
 use super::{SimDrive, slots};
 
+/// What a group may look like; either has an identifier of its own.
+const LAYOUTS: [Layout; 2] = [Layout::Targets, Layout::Offsets];
+
 /// The drive's part in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Fast {
     slot: Option<Slot>,
     /// What waits for SYNC.
-    latched: Option<(u16, Target)>,
+    latched: Option<(u16, Target, Option<i16>)>,
 }
 
 impl Fast {
-    /// The identifier it listens to.
-    pub(super) fn cob(&self) -> Option<u16> {
-        self.slot.map(|_| GROUP_COB)
+    /// The identifiers it listens to, with this SYNC.
+    pub(super) fn cobs(&self, sync_cob: u16) -> impl Iterator<Item = u16> {
+        let layouts = self.slot.map(|_| LAYOUTS).into_iter().flatten();
+        layouts.map(move |layout| layout.cob(sync_cob))
     }
 
     /// Forgets what waits.
@@ -43,25 +47,30 @@ impl SimDrive {
 
     /// An FD frame: of several in a cycle the last one counts that has this drive.
     pub(super) fn take_group(&mut self, cob: u16, frame: &Frame) {
-        let (Some(slot), State::Operational, GROUP_COB) = (self.fast.slot, self.nmt, cob) else {
+        let (Some(slot), State::Operational) = (self.fast.slot, self.nmt) else {
             return;
         };
-        if let Some(group) = Group::decode(frame.data())
-            && let Some(target) = group.target(slot)
+        let mut layouts = LAYOUTS.into_iter();
+        if let Some(layout) = layouts.find(|layout| layout.cob(self.sync_cob) == cob)
+            && let Some(group) = Group::decode(layout, frame.data())
+            && let Some((target, offset)) = group.target(slot)
         {
-            self.fast.latched = Some((group.controlword(), target));
+            self.fast.latched = Some((group.controlword(), target, offset));
         }
     }
 
     /// SYNC: what was latched takes effect. Was there anything?
     pub(super) fn latch_group(&mut self) -> bool {
-        let Some((controlword, target)) = self.fast.latched.take() else {
+        let Some((controlword, target, offset)) = self.fast.latched.take() else {
             return false;
         };
         self.od.set(slots::CONTROLWORD, u32::from(controlword));
         match target {
             Target::Position(units) => self.od.set_signed(slots::TARGET_POSITION, units),
             Target::Torque(torque) => self.od.set_signed(slots::TARGET_TORQUE, i32::from(torque)),
+        }
+        if let Some(offset) = offset {
+            self.od.set_signed(slots::TORQUE_OFFSET, i32::from(offset));
         }
         true
     }

@@ -364,7 +364,7 @@ impl SimDrive {
             .into_iter()
             .chain(rpdos)
             .chain(watched)
-            .chain(self.fast.cob());
+            .chain(self.fast.cobs(self.sync_cob));
         let alone = self.lss.active().is_none();
         for cob in configured
             .filter(|_| !alone)

@@ -89,6 +89,11 @@ fn the_whole_bus_may_be_stuck_shorted_or_cut_and_every_side_stops_alone() {
                 "{fault}: axis {axis}"
             );
         }
+        let mut told = Vec::new();
+        while let Some(change) = c.cell.take_change() {
+            assert_eq!(change.bus, "irp6-postument.0");
+            told.push(change.state);
+        }
         let wire = c.cell.wire_mut(DRIVE_BUS).unwrap();
         let through = wire.statistics().frames - frames;
         let states: Vec<State> = (0..7).map(|tap| wire.state(tap)).collect();
@@ -96,13 +101,19 @@ fn the_whole_bus_may_be_stuck_shorted_or_cut_and_every_side_stops_alone() {
             BusFault::StuckDominant => {
                 // nobody was sending when it began
                 assert_eq!((through, states), (0, vec![State::Passive; 7]));
+                assert_eq!(told, [State::Passive]);
             }
             BusFault::Short => {
                 // drives recover by themselves, in vain; the node's rim does not
                 assert_eq!((through, states[0]), (0, State::BusOff));
+                assert_eq!(told.last(), Some(&State::BusOff));
                 assert!(wire.statistics().bus_off >= 7);
             }
-            BusFault::Cut(_) | BusFault::Wrecked(_) => assert_eq!(wire.statistics().bus_off, 0),
+            // who is alone on its side is error-passive at most: nobody acknowledges
+            BusFault::Cut(_) | BusFault::Wrecked(_) => {
+                assert_eq!(wire.statistics().bus_off, 0);
+                assert!(!told.contains(&State::BusOff), "{fault}: {told:?}");
+            }
         }
         // mended: what waited on the node's side is of the past
         wire.clear(NODE_TAP);

@@ -263,6 +263,10 @@ impl World for Virtual {
         rx: &mut Vec<(Micros, Frame)>,
     ) -> Result<(), Error> {
         self.cell.advance(until, observers);
+        while let Some(change) = self.cell.take_change() {
+            // a closed stderr is no reason to stop a robot
+            let _ = writeln!(std::io::stderr(), "mrroc: {change}");
+        }
         observers.passed();
         rx.extend(self.cell.receive());
         if let Some(start) = self.pace {

@@ -31,6 +31,12 @@ impl SyncProducer {
         }
     }
 
+    /// The identifier.
+    #[must_use]
+    pub const fn cob(&self) -> u16 {
+        self.cob
+    }
+
     /// The next SYNC message.
     #[must_use]
     pub fn produce(&mut self) -> Frame {

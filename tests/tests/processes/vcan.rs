@@ -63,12 +63,18 @@ struct Cell {
 
 impl Cell {
     fn start(interface: &str, robots: &[&str]) -> Self {
+        Self::with(interface, robots, &[])
+    }
+
+    /// The same, with options of the nodes.
+    fn with(interface: &str, robots: &[&str], options: &[&str]) -> Self {
         let place = format!("can:{interface}");
         let arguments = [robots, &["--bus", &place, "--json"]].concat();
         let mut simulator = Process::start("mrroc-hil-sim", &arguments);
         simulator.event("ready", |_| true);
         let nodes = robots.iter().map(|robot| {
-            let mut node = Process::start("mrroc-node", &[robot, "--bus", &place, "--json"]);
+            let arguments = [&[*robot, "--bus", &place, "--json"], options].concat();
+            let mut node = Process::start("mrroc-node", &arguments);
             node.event("ready", |_| true);
             node
         });
@@ -164,6 +170,63 @@ fn two_arms(task: &str) {
     // of the drives' frames SYNC and what tells of their boot: all would be some 600 000
     let mut witness = Witness::of_some(FD, &["080:7FF", "0E2:7FF", "700:780", "80000000:80000000"]);
     let cell = Cell::start(FD, &["irp6-track", "irp6-postument"]);
+    do_their_task(task);
+    witnessed_task(&witness.seen());
+    cell.end(0);
+}
+
+/// The same set-points in groups: both nodes have one of their own on the same wire.
+#[test]
+fn two_arms_in_the_fast_profile_home_and_do_their_task() {
+    if !is_here(FD) {
+        return;
+    }
+    // both groups, RPDO1 and RPDO2 of all drives (200 to 21F, 300 to 31F), one feedback of either
+    let mut witness =
+        Witness::of_some(FD, &["262:7FF", "200:6E0", "300:6E0", "181:7FF", "18B:7FF"]);
+    let robots = ["irp6-track", "irp6-postument"];
+    let cell = Cell::with(FD, &robots, &["--fast-drives"]);
+    do_their_task("data/two-arms-short.toml");
+    let seen = witness.seen();
+    let of = |id: u16| {
+        let all = seen
+            .iter()
+            .filter(|entry| entry.frame.id() == Id::Standard(id));
+        all.map(|entry| entry.frame).collect::<Vec<Frame>>()
+    };
+    // seven axes and six: 4 + 28 and 4 + 24 bytes are both sent in 32
+    for (group, feedback) in [(0x200, 0x181), (0x262, 0x18B)] {
+        let (groups, answers) = (of(group), of(feedback));
+        let long = |frame: &Frame, length| frame.is_fd() && frame.data().len() == length;
+        assert!(groups.len() > 1000, "{}", groups.len());
+        assert!(
+            groups
+                .iter()
+                .all(|frame| frame.data().len() <= 32 && frame.is_fd())
+        );
+        assert!(groups.iter().filter(|frame| long(frame, 32)).count() > 1000);
+        assert!(answers.iter().filter(|frame| long(frame, 16)).count() > 1000);
+    }
+    let classical = |frame: &Frame| {
+        let Id::Standard(id) = frame.id() else {
+            return true;
+        };
+        (0x201..0x260).contains(&id) || (0x300..0x320).contains(&id)
+    };
+    assert!(!seen.iter().any(|entry| classical(&entry.frame)));
+    cell.end(0);
+}
+
+#[test]
+fn a_classical_interface_refuses_the_fast_profile_in_one_line() {
+    if !is_here(CLASSIC) {
+        return;
+    }
+    let arguments = ["irp6-postument", "--bus", "can:vcan1", "--fast-drives"];
+    super::refused("mrroc-node", &arguments, 69, &["can:vcan1", "mtu of 72"]);
+}
+
+fn do_their_task(task: &str) {
     let begun = Instant::now();
     let task = ["run", task, "--bus", "can:vcan0", "--json"];
     let mut master = Process::start("mrroc", &task);
@@ -181,8 +244,6 @@ fn two_arms(task: &str) {
             (&0.into(), &0.into())
         );
     }
-    witnessed_task(&witness.seen());
-    cell.end(0);
 }
 
 #[test]

@@ -93,7 +93,7 @@ pub struct DriveLink {
     /// Levels of the digital outputs: wanted, and confirmed by the drive.
     outputs: [u16; 2],
     /// In the fast profile: what the next group carries.
-    grouped: Option<(u16, Target)>,
+    grouped: Option<(u16, Target, Option<i16>)>,
 }
 
 impl DriveLink {
@@ -531,7 +531,7 @@ impl DriveLink {
             return;
         }
         if self.setup.slot.is_some() {
-            self.grouped = Some((controlword, target));
+            self.grouped = Some((controlword, target, offset));
         } else {
             let frame = axis::command(self.address.id, controlword, target, offset);
             tx(Port::Drives(self.address.bus), frame);
@@ -540,15 +540,15 @@ impl DriveLink {
 
     /// Joins a group of its bus, or begins one; others wait for a group of their own.
     pub(super) fn join(&mut self, bus: u8, group: &mut Option<Group>) {
-        let (Some((controlword, target)), Some(slot)) = (self.grouped, self.setup.slot) else {
+        let (Some((controlword, target, offset)), Some(slot)) = (self.grouped, self.setup.slot)
+        else {
             return;
         };
         if self.address.bus != bus {
             return;
         }
-        let torque = matches!(target, Target::Torque(_));
-        let group = group.get_or_insert(Group::new(controlword, torque));
-        if group.controlword() == controlword && group.put(slot, target) {
+        let group = group.get_or_insert(Group::new(controlword, target, offset));
+        if group.controlword() == controlword && group.put(slot, target, offset) {
             self.grouped = None;
         }
     }

@@ -11,7 +11,7 @@ use host::mp::arm::arm;
 use host::mp::config::Config;
 use host::task::{BusKind, BusSpec, Cell, RobotSpec};
 use protocol::budget::{self, Bits, IdFormat, Rates};
-use protocol::canopen::fast::{Feedback as DriveFeedback, Group, Slot};
+use protocol::canopen::fast::{Feedback as DriveFeedback, Layout, Slot};
 use protocol::cyphal::{Health, Heartbeat, Mode};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
@@ -116,7 +116,7 @@ pub(crate) fn of(cell: &Cell, config: &Config) -> Vec<Traffic> {
             }
             for group in robot.drives.iter().filter(|group| group.bus == number) {
                 entries.extend(if robot.fast_drives {
-                    fast_drives(robot, bus, group.axes.len())
+                    fast_drives(robot, bus, &group.axes)
                 } else {
                     drives(robot, bus, &group.axes)
                 });
@@ -160,30 +160,35 @@ fn drives(robot: &RobotSpec, bus: &BusSpec, axes: &[usize]) -> Vec<Entry> {
     entries
 }
 
-/// The same in the fast profile: one group, as when all drives have the same controlword, and a feedback each.
-fn fast_drives(robot: &RobotSpec, bus: &BusSpec, axes: usize) -> Vec<Entry> {
+/// The same in the fast profile: one group, as when all drives have the same controlword, and a feedback each. Drives
+/// without a gear have a group of their own, with offsets.
+fn fast_drives(robot: &RobotSpec, bus: &BusSpec, axes: &[usize]) -> Vec<Entry> {
     let (rates, cycle) = (bus.rates(), Micros(u64::from(servo_step_us(robot))));
     let name = &robot.name;
-    let last = u8::try_from(axes).ok().and_then(Slot::new);
+    let all = arm(robot.kind).axes();
+    let direct = |axis: usize| all.get(axis).is_some_and(|axis| axis.is_direct());
+    let last = |layout: Layout| {
+        let mine = |axis: usize| direct(axis) == (layout == Layout::Offsets);
+        let mine = (1..).zip(axes).filter(|(_, axis)| mine(**axis));
+        mine.last().and_then(|(number, _)| Slot::new(number))
+    };
     let fd = |len: usize| budget::worst_fd(IdFormat::Standard, u8::try_from(len).unwrap_or(64));
-    let group = last.map_or(64, Group::length);
+    let layouts = [Layout::Targets, Layout::Offsets].into_iter();
+    let groups: Vec<_> = layouts
+        .filter_map(|layout| Some(fd(layout.length(last(layout)?))))
+        .collect();
     let sync = budget::worst_classic(IdFormat::Standard, 0);
     let mut entries = vec![
         Entry::new(format!("{name}: SYNC"), &[sync], rates, cycle),
-        Entry::new(
-            format!("{name}: set-points (group)"),
-            &[fd(group)],
-            rates,
-            cycle,
-        ),
+        Entry::new(format!("{name}: set-points (group)"), &groups, rates, cycle),
         Entry::new(
             format!("{name}: feedback (FD)"),
-            &vec![fd(DriveFeedback::LENGTH); axes],
+            &vec![fd(DriveFeedback::LENGTH); axes.len()],
             rates,
             cycle,
         ),
     ];
-    entries.extend(heartbeats(name, rates, axes));
+    entries.extend(heartbeats(name, rates, axes.len()));
     entries
 }
 
@@ -394,6 +399,24 @@ mod test {
             fast.worst()
         );
         assert!(fast.worst() < 0.4 * classical.worst() && fast.fits());
+    }
+
+    /// Drives without a gear have a group with offsets: three take 4 + 3 · 6 bytes of it, sent in 24, where targets alone
+    /// take 16.
+    #[test]
+    fn a_group_with_offsets_is_as_long_as_its_slots() {
+        let mut cell = Cell::of(&[RobotKind::Polycrank]);
+        for bus in cell.buses.iter_mut().filter(|bus| bus.name != "mp") {
+            *bus = BusSpec::fd(bus.name.clone());
+        }
+        cell.robots[0].fast_drives = true;
+        let loads = loads(&cell);
+        let first = loads.iter().find(|t| t.bus.name != "mp").unwrap();
+        let groups = first.entries.iter().filter(|e| e.what.contains("group"));
+        let groups: Vec<(usize, u64)> = groups.map(|e| (e.frames, e.worst_ns)).collect();
+        let worst = budget::worst_fd(IdFormat::Standard, 24);
+        assert_eq!(groups, [(1, Rates::FD_1M_5M.duration_ns(worst))]);
+        assert_eq!(cell.robots[0].drives[0].axes.len(), 3);
     }
 
     #[test]
