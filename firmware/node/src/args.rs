@@ -51,6 +51,9 @@ struct Raw {
     /// Where poses put the track of irp6-track; the cell file of the MP must say the same
     #[arg(long, value_enum, default_value = "keep")]
     track: Track,
+    /// The force sensor in the wrist is on this drive bus, 0 or 1, as sensor 0; on a CAN interface on 0, as sensor J − 1
+    #[arg(long, value_name = "BUS")]
+    force_bus: Option<u8>,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -99,6 +102,8 @@ pub(crate) struct Args {
     pub(crate) velocity_factor: f64,
     /// Where the track goes.
     pub(crate) track: TrackRule,
+    /// The drive bus of its force sensor, if it has one.
+    pub(crate) force_bus: Option<u8>,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// Where its state is kept.
@@ -145,6 +150,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::Keep => TrackRule::Keep,
             Track::InFront => TrackRule::InFront,
         },
+        force_bus: raw.force_bus,
         priority: raw.priority,
         state: raw.state,
         json: raw.json,

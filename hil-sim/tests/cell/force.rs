@@ -2,6 +2,7 @@
 
 use super::*;
 use hil_sim::plant::contact::{Obstacle, Shape, Surface, Tip};
+use hil_sim::plant::force_sensor::ForceFault;
 use hil_sim::plant::robot::SimRobot;
 use protocol::force_torque::SensorNumber;
 use protocol::message::{PoseMessage, PosePath, PoseReference, PoseSpeeds};
@@ -146,7 +147,7 @@ fn a_motion_that_meets_nothing_ends_where_it_should() {
 }
 
 /// What comes of a motion when the sensor is broken in its middle.
-fn broken(instruction: Instruction, breaks: fn(&mut SimRobot)) -> Feedback {
+fn broken(instruction: Instruction, fault: ForceFault) -> Feedback {
     let mut c = ready();
     let request = Request::Execute {
         epoch: c.epoch,
@@ -160,19 +161,23 @@ fn broken(instruction: Instruction, breaks: fn(&mut SimRobot)) -> Feedback {
         c.macrostep(&mut ());
     }
     let onset = c.cell.now();
-    breaks(robot(&mut c));
+    assert!(robot(&mut c).break_force_sensor(Some(fault)));
     c.wait("stopping", 1.0, |f| f.fault.is_some());
     let seen = c.feedback.clone().unwrap();
-    let fault = seen.fault.unwrap();
+    let found = seen.fault.unwrap();
     assert_eq!(
-        (fault.cause, fault.during),
-        (Cause::ForceSensor, NodeState::Moving)
+        (found.cause, found.during),
+        (Cause::ForceSensor, NodeState::Moving),
+        "{fault:?}"
     );
-    // three periods of the sensor until it is too old, a servo step, and this test's own macrostep
-    assert!(
-        seen.sampled_at.since(onset) <= Micros(30_000),
-        "{onset:?} {seen:?}"
-    );
+    // a sample that is none: three periods of the sensor until the last one is too old, a servo step, and this test's own
+    // macrostep; one that is frozen: fifty more samples
+    let (least, most) = match fault {
+        ForceFault::Frozen => (100_000, 130_000),
+        _ => (0, 30_000),
+    };
+    let took = seen.sampled_at.since(onset).0;
+    assert!((least..=most).contains(&took), "{fault:?}: {took} us");
     c.wait("faulted", 2.0, |f| f.state == NodeState::Faulted);
     for _ in 0..10 {
         c.macrostep(&mut ());
@@ -181,18 +186,25 @@ fn broken(instruction: Instruction, breaks: fn(&mut SimRobot)) -> Feedback {
 }
 
 #[test]
-fn without_its_sensor_a_robot_stops_on_its_path_and_in_contact_quickly() {
-    let silent: fn(&mut SimRobot) = |robot| robot.set_force_node(None);
-    let failed: fn(&mut SimRobot) = |robot| robot.force_node_mut().unwrap().sensor.set_failed(true);
-    for breaks in [silent, failed] {
-        let holding = broken(line(), breaks);
+fn without_its_sensor_a_robot_stops_on_its_path() {
+    for fault in [ForceFault::Silent, ForceFault::Frozen] {
+        let holding = broken(line(), fault);
         // torque on: the motors carry the arm
         assert!(
             holding.current_ma.iter().any(|ma| ma.abs() > 100),
-            "{holding:?}"
+            "{fault:?}: {holding:?}"
         );
-        let off = broken(until_force(), breaks);
-        assert!(off.current_ma.iter().all(|ma| ma.abs() <= 100), "{off:?}");
+    }
+}
+
+#[test]
+fn whatever_is_wrong_with_its_sensor_a_robot_that_feels_its_way_stops_quickly() {
+    for fault in ForceFault::ALL {
+        let off = broken(until_force(), fault);
+        assert!(
+            off.current_ma.iter().all(|ma| ma.abs() <= 100),
+            "{fault:?}: {off:?}"
+        );
         assert_eq!(off.force_n, None);
     }
 }
