@@ -30,11 +30,11 @@ use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
 use crate::edp::envelopes::envelopes;
 use agenda::Agenda;
 use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
-use condition::{ForceAbove, FromWire};
+use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
 use generator::line_move::Reference;
-use generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
+use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use motion::Pose;
 use motion::interpolator::PathLimits;
 use motion::profile::AxisLimits;
@@ -115,7 +115,7 @@ enum Running<R, const N: usize, const W: usize> {
     Motors(Move<MotorMove<N>, Course<N>>),
     Joints(Move<JointMove<R, N>, Course<N>>),
     Pose(Move<PoseMove<R, N>, Course<N>>),
-    Line(MoveIn<Guarded<LineMove<R, N, W>, ForceAbove>>),
+    Line(MoveIn<LineMove<R, N, W>>),
     Follow(Move<Follow, Followed>),
     Path(MoveIn<PathMove<R, N, W>>),
     Wait {
@@ -267,15 +267,16 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                 reference,
                 path,
                 speeds,
-            } => self.pose_move(target, *reference, *path, speeds, f64::INFINITY)?,
+            } => self.pose_move(target, *reference, *path, speeds)?,
             Instruction::MoveUntilForce {
                 target,
                 reference,
                 speeds,
                 newtons,
             } => {
-                let newtons = bounded(4, *newtons, GREATEST_FORCE_N)?;
-                self.pose_move(target, *reference, PosePath::Line, speeds, newtons)?
+                // the force is the foreground's, which looks at it in every servo step
+                bounded(4, *newtons, GREATEST_FORCE_N)?;
+                self.pose_move(target, *reference, PosePath::Line, speeds)?
             }
             Instruction::Follow => Running::Follow(Move::new(Follow)),
             Instruction::FollowPath { speeds } => {
@@ -323,7 +324,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         reference: PoseReference,
         path: PosePath,
         speeds: &PoseSpeeds,
-        newtons: f64,
     ) -> Result<Running<R, N, W>, Refusal> {
         let reference = match reference {
             PoseReference::Base => Reference::Base,
@@ -332,13 +332,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         let motion = self.tool_motion(speeds)?;
         let target = pose(target)?;
         Ok(match path {
-            PosePath::Line => Running::Line(MoveIn::new(Guarded {
-                motion: LineMove {
-                    motion,
-                    target,
-                    reference,
-                },
-                until: ForceAbove { newtons },
+            PosePath::Line => Running::Line(MoveIn::new(LineMove {
+                motion,
+                target,
+                reference,
             })),
             PosePath::Joint => {
                 let (fv, fa) = (
