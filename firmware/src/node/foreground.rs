@@ -219,12 +219,14 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         self.edp.drive_outputs(self.outputs);
     }
 
-    /// A motion that is to end at a force comes to rest on its path from this servo step on: it does not wait for the ECP, of
-    /// whose plan nothing more is taken.
+    /// A motion that is to end at a force ends in this servo step: every axis stops, and what is left of path and plan is
+    /// of no use any more.
     fn end_at_force(&mut self, now: Micros) {
         let felt = self.guard.is_some_and(|at| at.exceeded(&self.sensors));
         if felt && self.agenda.due(self.clock.to_bus(now)) {
-            self.end_instruction();
+            self.agenda.end();
+            self.ending = true;
+            self.edp.stop_here();
         }
     }
 

@@ -171,20 +171,17 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         }
         match plan.verdict() {
             Verdict::Goes => {}
-            Verdict::Ended => self.end_instruction(),
+            Verdict::Ended => {
+                self.agenda.end();
+                self.ending = true;
+                self.edp.come_to_rest();
+            }
             Verdict::Failed(refusal) => self.fail(now, &refusal),
             Verdict::Error => {
                 self.agenda.abort();
                 self.edp.raise(now, Cause::ErrorCondition, None);
             }
         }
-    }
-
-    /// The instruction has made its last step: complete once the set-points have come to rest.
-    pub(super) fn end_instruction(&mut self) {
-        self.agenda.end();
-        self.ending = true;
-        self.edp.come_to_rest();
     }
 
     /// Is an instruction complete, since the set-points have come to rest?
