@@ -430,12 +430,11 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
                 if timed && start_at.since(bus_now) > START_HORIZON {
                     return Err(Refusal::Late);
                 }
-                let guard = match instruction {
-                    Instruction::MoveUntilForce { newtons, .. } => Some(ForceAbove {
-                        newtons: f64::from(*newtons),
-                    }),
-                    _ => None,
-                };
+                let mut guard = None;
+                if let Instruction::MoveUntilForce { newtons, .. } = instruction {
+                    let newtons = f64::from(*newtons);
+                    guard = Some(ForceAbove { newtons });
+                }
                 if guard.is_some() && self.wrist.force_n(now).is_none() {
                     return Err(Refusal::NoForce);
                 }
