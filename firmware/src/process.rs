@@ -150,7 +150,8 @@ impl Station {
         if usize::from(bus) >= buses {
             return Err(ForceBusError::NoBus { buses });
         }
-        let on = drive_buses(kind).iter().filter(|of| **of == bus).count();
+        let on = drive_buses(kind).into_iter().filter(|of| *of == bus);
+        let on = on.count();
         if !self.one_wire && on > DRIVES_BESIDE_A_SENSOR {
             return Err(ForceBusError::Crowded { drives: on });
         }

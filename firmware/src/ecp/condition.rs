@@ -85,6 +85,7 @@ pub struct ForceAbove {
 
 impl ForceAbove {
     /// By these readings? Where none can be read it is not.
+    #[must_use]
     pub fn exceeded<const N: usize>(&self, v: &Sensors<N>) -> bool {
         v.force_n.is_some_and(|force| force > self.newtons)
     }
