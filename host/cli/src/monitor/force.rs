@@ -27,7 +27,7 @@ struct Sensor {
 pub(super) struct Sensors {
     name: String,
     bus: Box<dyn Bus>,
-    sensors: Vec<Sensor>,
+    all: Vec<Sensor>,
 }
 
 impl Sensors {
@@ -65,14 +65,14 @@ impl Sensors {
         Self {
             name: name.to_owned(),
             bus,
-            sensors: (0..).map_while(sensor).collect(),
+            all: (0..).map_while(sensor).collect(),
         }
     }
 
     /// Takes what has arrived.
     pub(super) fn listen(&mut self) -> Result<(), Error> {
         while let Some(received) = self.bus.receive().map_err(|error| bus_error(&error))? {
-            for sensor in &mut self.sensors {
+            for sensor in &mut self.all {
                 if let Some(reading) = sensor.receiver.take(&received.frame) {
                     sensor.heard = Some((received.at, reading));
                 }
@@ -82,7 +82,7 @@ impl Sensors {
     }
 
     fn heard(&self) -> impl Iterator<Item = (u8, Micros, Reading)> {
-        let sensors = self.sensors.iter();
+        let sensors = self.all.iter();
         sensors.filter_map(|sensor| {
             sensor
                 .heard
