@@ -31,10 +31,10 @@ use crate::capacity::{KNOTS_PER_PLAN, path_per_macrostep};
 use crate::edp::envelopes::envelopes;
 use agenda::Agenda;
 use agent::{Behaviour, Input, Move, MoveIn, Step, Subsystem, Wait, args};
-use condition::{ForceAbove, FromWire};
+use condition::FromWire;
 use generator::axis_move::{Course, MotorShare};
 use generator::follow::Followed;
-use generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
+use generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use instruct::Accepted;
 use motion::Pose;
 use motion::interpolator::PathLimits;
@@ -111,7 +111,7 @@ enum Running<R, const N: usize, const W: usize> {
     Motors(Move<MotorMove<N>, Course<N>>),
     Joints(Move<JointMove<R, N>, Course<N>>),
     Pose(Move<PoseMove<R, N>, Course<N>>),
-    Line(MoveIn<Guarded<LineMove<R, N, W>, ForceAbove>>),
+    Line(MoveIn<LineMove<R, N, W>>),
     Follow(Move<Follow, Followed>),
     Path(MoveIn<PathMove<R, N, W>>),
     Wait {

@@ -12,7 +12,6 @@ use crate::drive::SimDrive;
 use crate::drive::quirk::Quirks;
 use crate::fault::{Breakable, Broken, FaultSpec, Misplaced, Schedule};
 use crate::plant::force_sensor::ForceNode;
-use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
 use crate::plant::robot::{SUBSTEP_NS, Sender, Sent, SetupError, SimRobot};
 use bus::StateChange;
 use bus::wire::confinement::State;
@@ -195,15 +194,7 @@ impl Cell {
             robot: kind,
             source,
         })?;
-        robot.set_force_node(force.map(|ForceAddress { bus, number }| {
-            let parameters = ForceSensorParameters::irp6(kind == RobotKind::Irp6Track, seed);
-            let sensor = ForceSensor::new(parameters, seed);
-            ForceNode {
-                bus,
-                number,
-                sensor,
-            }
-        }));
+        robot.set_force_node(force.map(|address| ForceNode::of(kind, address, seed)));
         let first_bus = self.names.len();
         for bus in 0..buses {
             self.names.push(format!("{kind}.{bus}"));
@@ -277,6 +268,7 @@ impl Cell {
                 name,
                 axes: place.taps.len(),
                 buses: u8::try_from(place.wires.len()).unwrap_or(u8::MAX),
+                force: place.robot.has_force_sensor(),
             })
             .collect();
         self.faults = Schedule::new(specs, &robots)?;
@@ -292,6 +284,9 @@ impl Cell {
             match broken {
                 Broken::Axis(axis, fault) => {
                     let _ = place.robot.inject(axis, fault);
+                }
+                Broken::Force(fault) => {
+                    let _ = place.robot.break_force_sensor(fault);
                 }
                 Broken::Bus(bus, fault) => {
                     if let Some(wire) = place.wires.get_mut(usize::from(bus)) {

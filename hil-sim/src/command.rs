@@ -1,21 +1,23 @@
 //! What the process does: robots in threads of their own, and the hub between the processes.
 
 pub(crate) mod args;
+mod touch;
 
-use args::{Args, buses};
+use args::{Args, Simulated};
 use bus::hub::{HubServer, Reachable};
 use bus::spec::Place;
 use bus::{Bus, BusError, Hears, open_can};
 use firmware::{DriveAddress, Station};
 use hil_sim::cell::setup;
+use hil_sim::plant::contact::{Plate, Tip};
+use hil_sim::plant::force_sensor::ForceNode;
 use hil_sim::plant::robot::SimRobot;
 use hil_sim::realtime::clock::Clock;
 use hil_sim::realtime::{LiveRobot, Statistics, Waiting};
 use process::{End, Lateness, exit};
-use protocol::message::ServoLaw;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
-use robots::{Robot, RobotKind, RobotVisitor, TrackRule};
+use robots::{Robot, RobotKind, RobotVisitor};
 use serde_json::{Value, json};
 use std::io::Write as _;
 use std::net::ToSocketAddrs as _;
@@ -37,9 +39,9 @@ pub(crate) fn run(args: &Args) -> Result<(), End> {
     let ending = Arc::new(AtomicBool::new(false));
     let (bus, hub) = open_hub(args)?;
     let mut live = Vec::new();
-    for (number, &(kind, effector)) in args.robots.iter().enumerate() {
-        let robot = build(args, hub.as_ref(), kind, effector)?;
-        live.push((kind, robot.with_faults(args.faults.of(number))));
+    for (number, robot) in args.robots.iter().enumerate() {
+        let built = build(args, hub.as_ref(), robot)?;
+        live.push((robot.kind, built.with_faults(args.faults.of(number))));
     }
     let asked = Arc::clone(&ending);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
@@ -91,8 +93,8 @@ fn open_hub(args: &Args) -> Result<(String, Option<HubServer>), End> {
         .next()
         .ok_or_else(|| unavailable(format!("hub {host}:{port}: no address")))?;
     let mut channels = vec!["mp".to_owned()];
-    for (kind, _) in &args.robots {
-        channels.extend((0..buses(*kind)).map(|bus| format!("{kind}.{bus}")));
+    for robot in &args.robots {
+        channels.extend((0..robot.buses()).map(|bus| format!("{}.{bus}", robot.kind)));
     }
     let names: Vec<&str> = channels.iter().map(String::as_str).collect();
     let hub = HubServer::bind_to(address, &names, Reachable::Loopback)
@@ -113,21 +115,9 @@ impl RobotVisitor for Wiring<'_> {
     }
 }
 
-fn build(
-    args: &Args,
-    hub: Option<&HubServer>,
-    kind: RobotKind,
-    effector: u8,
-) -> Result<LiveRobot, End> {
-    let station = Station {
-        effector,
-        unique_id: 0,
-        mtu: Mtu::Classic,
-        law: ServoLaw::DrivePosition,
-        velocity_factor: 1.0,
-        one_wire: hub.is_none(),
-        track: TrackRule::Keep,
-    };
+fn build(args: &Args, hub: Option<&HubServer>, simulated: &Simulated) -> Result<LiveRobot, End> {
+    let (kind, effector) = (simulated.kind, simulated.effector);
+    let station = simulated.station(hub.is_none());
     let wrong = |error: &dyn std::fmt::Display| {
         End::new(
             exit::USAGE,
@@ -144,12 +134,23 @@ fn build(
         for axis in &mut setup.axes {
             axis.drive.fd = mtu == Mtu::Fd;
         }
-        SimRobot::new(setup, args.seed).map_err(|error| wrong(&error))
+        let mut robot = SimRobot::new(setup, args.seed).map_err(|error| wrong(&error))?;
+        let sensor = simulated.force;
+        robot.set_force_node(sensor.map(|address| ForceNode::of(kind, address, args.seed)));
+        if !simulated.plates.is_empty() {
+            let obstacles = simulated.plates.iter().map(Plate::obstacle).collect();
+            if !robot.surround(obstacles, Tip::of(kind)) {
+                return Err(wrong(
+                    &"--surface: expected a robot that can touch something",
+                ));
+            }
+        }
+        Ok(robot)
     };
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
     Ok(match (&args.place, hub) {
         (Place::Hub { .. }, Some(hub)) => {
-            let names = (0..buses(kind)).map(|bus| format!("{kind}.{bus}"));
+            let names = (0..simulated.buses()).map(|bus| format!("{kind}.{bus}"));
             let taps = names.filter_map(|name| hub.tap(&name));
             let taps = taps
                 .map(|tap| Box::new(tap) as Box<dyn Bus + Send>)
@@ -182,13 +183,24 @@ fn begin(args: &Args, bus: &str, hub: Option<&HubServer>) {
     let names: Vec<String> = args
         .robots
         .iter()
-        .map(|(kind, effector)| format!("{kind} as effector {effector}"))
+        .map(|robot| {
+            let force = if robot.force.is_some() {
+                " with a force sensor"
+            } else {
+                ""
+            };
+            format!("{} as effector {}{force}", robot.kind, robot.effector)
+        })
         .collect();
     let robots: Vec<Value> = args
         .robots
         .iter()
-        .map(|(kind, effector)| {
-            json!({"name": kind.name(), "effector": effector, "axes": kind.axes()})
+        .map(|robot| {
+            let kind = robot.kind;
+            json!({
+                "name": kind.name(), "effector": robot.effector, "axes": kind.axes(),
+                "force_bus": robot.force.map(|force| force.bus),
+            })
         })
         .collect();
     let port = hub.map(|hub| hub.address().port());

@@ -1,17 +1,20 @@
 //! Faults somebody asks for: what, where and when, as text and as data.
 //!
 //! `ROBOT/AXIS:FAULT@SECONDS` is a fault of a drive or its receptors, axes numbered from 1 as on every command line;
+//! `ROBOT/force:FAULT@SECONDS` one of the force sensor in the wrist;
 //! `ROBOT.BUS:FAULT@SECONDS` one of a drive bus, numbered from 0 as the hub's channels are. Seconds are those the
 //! simulation has run. `none` for a fault mends what was broken.
 
 use crate::drive::DriveFault;
+use crate::plant::force_sensor::ForceFault;
 use bus::wire::BusFault;
 use core::fmt;
 use core::str::FromStr;
 
 /// The text for who is to say what can be asked for.
 pub const EXPECTED: &str = "ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage, \
-     switch-on, switch-off, no-index or none, or ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP, \
+     switch-on, switch-off, no-index or none, ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed, \
+     frozen, repeating, torn or none, or ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP, \
      wrecked:TAP or none";
 
 /// What breaks, in a robot.
@@ -19,6 +22,8 @@ pub const EXPECTED: &str = "ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, 
 pub enum Broken {
     /// A drive, or a receptor of its axis, from 0; or nothing there any more.
     Axis(usize, Option<DriveFault>),
+    /// The force sensor in the wrist; or nothing there any more.
+    Force(Option<ForceFault>),
     /// One of the robot's drive buses, from 0; or nothing there any more.
     Bus(u8, Option<BusFault>),
 }
@@ -52,6 +57,8 @@ pub enum FaultSpecError {
 
 /// The latest instant, s.
 const LATEST_S: f64 = 1e6;
+/// The place of a force sensor.
+const FORCE: &str = "force";
 /// What mends.
 const NONE: &str = "none";
 
@@ -63,7 +70,13 @@ impl FromStr for FaultSpec {
         let (what, at) = text.rsplit_once('@').ok_or_else(form)?;
         let (place, fault) = what.split_once(':').ok_or_else(form)?;
         let name = || FaultSpecError::Name(fault.to_owned());
-        let (robot, broken) = if let Some((robot, axis)) = place.rsplit_once('/') {
+        let (robot, broken) = if let Some((robot, FORCE)) = place.rsplit_once('/') {
+            let fault = match fault {
+                NONE => None,
+                _ => Some(ForceFault::from_name(fault).ok_or_else(name)?),
+            };
+            (robot, Broken::Force(fault))
+        } else if let Some((robot, axis)) = place.rsplit_once('/') {
             let axis = axis.parse::<usize>().ok().and_then(|k| k.checked_sub(1));
             let fault = match fault {
                 NONE => None,
@@ -107,6 +120,10 @@ impl fmt::Display for FaultSpec {
                 let name = fault.map_or(NONE, DriveFault::name);
                 write!(f, "{robot}/{}:{name}", axis + 1)?;
             }
+            Broken::Force(fault) => {
+                let name = fault.map_or(NONE, ForceFault::name);
+                write!(f, "{robot}/{FORCE}:{name}")?;
+            }
             Broken::Bus(bus, None) => write!(f, "{robot}.{bus}:{NONE}")?,
             Broken::Bus(bus, Some(fault)) => write!(f, "{robot}.{bus}:{fault}")?,
         }
@@ -139,6 +156,8 @@ pub struct Breakable<'a> {
     pub axes: usize,
     /// Its drive buses.
     pub buses: u8,
+    /// Has it a force sensor?
+    pub force: bool,
 }
 
 impl Schedule {
@@ -171,7 +190,10 @@ impl Schedule {
                 Broken::Bus(bus, _) if bus >= robot.buses => {
                     return Err(misplaced(format!("a bus from 0 to {}", robot.buses - 1)));
                 }
-                Broken::Axis(..) | Broken::Bus(..) => {}
+                Broken::Force(_) if !robot.force => {
+                    return Err(misplaced("a robot with a force sensor on a bus".to_owned()));
+                }
+                Broken::Axis(..) | Broken::Force(_) | Broken::Bus(..) => {}
             }
             all.push((spec.at_ns, number, spec.broken));
         }
@@ -212,11 +234,13 @@ mod tests {
             name: "a.b",
             axes: 6,
             buses: 1,
+            force: false,
         },
         Breakable {
             name: "c",
             axes: 7,
             buses: 2,
+            force: true,
         },
     ];
 
@@ -232,7 +256,8 @@ mod tests {
             "none",
         ];
         let buses = buses.map(|name| format!("a.b.1:{name}@7"));
-        for text in names.iter().chain(&buses) {
+        let forces = ForceFault::ALL.map(|fault| format!("c/force:{}@1.5", fault.name()));
+        for text in names.iter().chain(&buses).chain(&forces) {
             let spec: FaultSpec = text.parse().unwrap();
             assert_eq!(spec.to_string(), *text);
         }
@@ -265,6 +290,8 @@ mod tests {
             "c/1:cut:1@1",
             "c.1:frozen@1",
             "c.1:cut@1",
+            "c/force:trip@1",
+            "/force:frozen@1",
         ] {
             let error = text.parse::<FaultSpec>().unwrap_err().to_string();
             assert!(
@@ -272,7 +299,12 @@ mod tests {
                 "{text}: {error}"
             );
         }
-        for (name, _) in DriveFault::NAMED {
+        let forces = ForceFault::ALL.map(ForceFault::name);
+        for name in DriveFault::NAMED
+            .iter()
+            .map(|(name, _)| name)
+            .chain(&forces)
+        {
             assert!(EXPECTED.contains(name), "{name}");
         }
     }
@@ -283,6 +315,7 @@ mod tests {
             ("d/1:frozen@1", "a.b or c"),
             ("c/8:frozen@1", "1 to 7"),
             ("a.b.1:short@1", "0 to 0"),
+            ("a.b/force:failed@1", "with a force sensor"),
         ] {
             let spec = [text.parse().unwrap()];
             let error = Schedule::new(&spec, &ROBOTS).unwrap_err().to_string();

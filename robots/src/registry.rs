@@ -102,6 +102,12 @@ impl RobotKind {
             .find(|kind| kind.name() == name)
             .ok_or(UnknownRobot { name })
     }
+
+    /// Has it a force sensor in its wrist? MRROC++ had one in either arm of six joints.
+    #[must_use]
+    pub const fn has_force_sensor(self) -> bool {
+        matches!(self, Self::Irp6Track | Self::Irp6Postument)
+    }
 }
 
 impl fmt::Display for RobotKind {

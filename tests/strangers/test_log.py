@@ -12,6 +12,7 @@ from cell import LOG_CHANNEL, end, in_real_time, joined, simulator, start, tool
 
 ROBOT = "irp6-postument"
 CELL = f'[[robot]]\nkind = "{ROBOT}"\n'
+FEELS = "tests/data/until-force.toml"
 
 
 @in_real_time
@@ -55,6 +56,33 @@ class Log(unittest.TestCase):
                 self.assertGreater(seen.get(f"{message}_irp6_postument_{axis}", 0), 0)
         self.assertGreaterEqual(seen["SYNC_irp6_postument"], seen["TPDO1_irp6_postument_1"])
         self.assertNotEqual(positions[0], positions[-1])
+
+    def test_every_sample_of_a_force_sensor_is_decoded(self):
+        log = self.folder / "run.log"
+        tool("mrroc", "run", FEELS, "--record", str(log), "--quiet")
+        text = tool("mrroc", "dbc", FEELS, "--bus", "wrist")
+        database = cantools.database.load_string(text, "dbc")
+        samples = {"Force_irp6_postument": [], "Moment_irp6_postument": []}
+        with can.CanutilsLogReader(str(log)) as frames:
+            for frame in frames:
+                if 0x680 <= frame.arbitration_id <= 0x681:
+                    name = database.get_message_by_frame_id(frame.arbitration_id).name
+                    samples[name].append(database.decode_message(frame.arbitration_id, frame.data))
+        forces, moments = samples.values()
+        self.assertGreater(len(forces), 500)
+        self.assertLessEqual(abs(len(forces) - len(moments)), 1)
+        for (before, after) in zip(forces, forces[1:]):
+            self.assertEqual(after["SampleNumber"], (before["SampleNumber"] + 1) % 256)
+        for (force, moment) in zip(forces, moments):
+            self.assertEqual(force["SampleNumber"], moment["SampleNumber"])
+            self.assertEqual((force["OverForce"], force["Saturated"], force["Failed"]), (0, 0, 0))
+        # the weight of the tool is 10.8 N, and the bias at most 5 N along each axis
+        size = lambda sample, name: sum(sample[f"{name}{axis}"] ** 2 for axis in "XYZ") ** 0.5
+        self.assertTrue(2 < size(forces[0], "Force") < 20, forces[0])
+        # on a lever of 66 mm, and the bias 0.2 N·m
+        self.assertTrue(0 < size(moments[0], "Moment") < 1.1, moments[0])
+        # and the task goes on until they have changed by 10 N
+        self.assertGreater(max(abs(size(force, "Force") - size(forces[0], "Force")) for force in forces), 5)
 
     def test_a_recorded_run_replayed_moves_the_drive_the_same_way(self):
         # Record what a node and its one drive say while it is brought up and moved; then play the node's part

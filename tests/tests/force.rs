@@ -1,5 +1,6 @@
 //! A task that feels its way: a motion that ends at a force, by the operator's command.
 
+use hil_sim::plant::force_sensor::ForceFault;
 use mrroc_tests::binary::{self, Output, Scratch};
 
 const TASK: &str = "tests/data/until-force.toml";
@@ -48,6 +49,31 @@ fn without_the_condition_the_sensor_ends_what_it_cannot_bear() {
     let output = binary::run(["run".as_ref(), blind.as_os_str(), "-q".as_ref()]);
     assert_eq!(output.code, Some(10), "{output:?}");
     assert!(output.stderr.contains("fault 60:"), "{output:?}");
+}
+
+#[test]
+fn a_sensor_that_breaks_on_the_way_down_ends_the_task_and_one_that_is_mended_does_not() {
+    // the way down begins at 37.8 s and ends at the surface a second later
+    for fault in ForceFault::ALL.map(ForceFault::name) {
+        let fault = format!("irp6-postument/force:{fault}@38");
+        let output = binary::run(["run", TASK, "-q", "--fault", &fault]);
+        assert_eq!(output.code, Some(10), "{output:?}");
+        for word in ["\"down\"", "fault 60:", "while Moving"] {
+            assert!(output.stderr.contains(word), "{fault}: {output:?}");
+        }
+    }
+    let output = binary::run(["run", TASK, "-q", "--fault", "irp6-postument/force:none@38"]);
+    assert_eq!(output.code, Some(0), "{output:?}");
+    let without = [
+        "home",
+        "irp6-postument",
+        "-q",
+        "--fault",
+        "irp6-postument/force:failed@1",
+    ];
+    let output = binary::run(without);
+    assert_eq!(output.code, Some(64), "{output:?}");
+    assert!(output.stderr.contains("with a force sensor"), "{output:?}");
 }
 
 #[test]

@@ -9,6 +9,8 @@
 mod child;
 #[path = "processes/coordinator.rs"]
 mod coordinator;
+#[path = "processes/force.rs"]
+mod force;
 #[path = "processes/keeping.rs"]
 mod keeping;
 #[cfg(target_os = "linux")]

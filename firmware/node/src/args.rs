@@ -55,6 +55,9 @@ struct Raw {
     /// with drives that can (those of mrroc-hil-sim)
     #[arg(long)]
     fast_drives: bool,
+    /// The force sensor in the wrist is on this drive bus, 0 or 1, as sensor 0; on a CAN interface on 0, as sensor J − 1
+    #[arg(long, value_name = "BUS")]
+    force_bus: Option<u8>,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -105,6 +108,8 @@ pub(crate) struct Args {
     pub(crate) track: TrackRule,
     /// The fast profile towards the drives.
     pub(crate) fast_drives: bool,
+    /// The drive bus of its force sensor, if it has one.
+    pub(crate) force_bus: Option<u8>,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// Where its state is kept.
@@ -158,6 +163,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::InFront => TrackRule::InFront,
         },
         fast_drives: raw.fast_drives,
+        force_bus: raw.force_bus,
         priority: raw.priority,
         state: raw.state,
         json: raw.json,

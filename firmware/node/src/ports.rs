@@ -4,6 +4,7 @@ use crate::answers::{Answers, PATIENCE};
 use bus::hub::HubClient;
 use bus::spec::Place;
 use bus::{Bus, BusError, Hears, StateChange, now, open_can};
+use firmware::config::ForceAddress;
 use firmware::process::drive_buses;
 use firmware::{Port, Received};
 use process::{End, exit};
@@ -88,8 +89,8 @@ pub(crate) struct Opened {
     pub(crate) mtu: Mtu,
 }
 
-/// Connects to the buses of a robot's node. On one wire `drives` are the ids of its own: others do not
-/// concern it.
+/// Connects to the buses of a robot's node, with that of its force sensor. On one wire `drives` are the ids of its own:
+/// others do not concern it.
 ///
 /// # Errors
 /// When the bus is not there, after a bounded wait for a hub.
@@ -97,13 +98,16 @@ pub(crate) fn open(
     place: &Place,
     robot: RobotKind,
     drives: &[u8],
+    force: Option<ForceAddress>,
     wait: &mut dyn FnMut(String),
 ) -> Result<Opened, End> {
     let unavailable = |error: BusError| End::new(exit::UNAVAILABLE, error.to_string());
     match place {
         Place::Hub { host, port } => {
             let give_up = now() + HUB_PATIENCE;
-            let buses = drive_buses(robot).iter().max().map_or(0, |last| last + 1);
+            let sensor = force.map(|force| force.bus);
+            let last = drive_buses(robot).into_iter().chain(sensor).max();
+            let buses = last.map_or(0, |last| last + 1);
             let drives = (0..buses).map(|bus| (Serves::Drives(bus), format!("{robot}.{bus}")));
             let mut connections = Vec::new();
             for (serves, channel) in std::iter::once((Serves::Mp, "mp".to_owned())).chain(drives) {
@@ -126,7 +130,11 @@ pub(crate) fn open(
             })
         }
         Place::Can { interface } => {
-            let (bus, mtu) = open_can(interface, Hears::Node(drives)).map_err(unavailable)?;
+            // its two frames have identifiers whose last seven bits are these
+            let sensor = force.map(|force| force.number.force_cob().to_le_bytes()[0] & 0x7F);
+            let sensor = sensor.into_iter().flat_map(|first| [first, first + 1]);
+            let ids: Vec<u8> = drives.iter().copied().chain(sensor).collect();
+            let (bus, mtu) = open_can(interface, Hears::Node(&ids)).map_err(unavailable)?;
             Ok(one_wire(bus, mtu))
         }
         Place::Slcan(adapter) => {

@@ -9,6 +9,7 @@ use crate::report::Report;
 use crate::state::State;
 use bus::now;
 use bus::spec::Place;
+use firmware::config::ForceAddress;
 use firmware::maintenance::Kept;
 use firmware::{ConfigError, Node, NodeProcess, Port, Station};
 use process::{End, Lateness, exit};
@@ -67,9 +68,14 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
             format!("{} as effector {}: {error}", args.robot, args.effector),
         )
     };
+    let force = args.force_bus.map(|bus| {
+        let address = station.force(args.robot, bus);
+        address.map_err(|error| End::usage(format!("--force-bus {bus}: {}: {error}", args.robot)))
+    });
+    let force = force.transpose()?;
     let drives = args.robot.visit(args.track, Drives(&station));
     let drives = drives.map_err(wrong)?;
-    let opened = ports::open(&args.place, args.robot, &drives, &mut |line| {
+    let opened = ports::open(&args.place, args.robot, &drives, force, &mut |line| {
         printer.tell(line);
     })?;
     station.mtu = opened.mtu;
@@ -87,6 +93,7 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
     let build = Build {
         station: &station,
         fast_drives: args.fast_drives,
+        force,
         state: &state,
         wrong: &wrong,
     };
@@ -134,6 +141,7 @@ impl RobotVisitor for Drives<'_> {
 struct Build<'a, W> {
     station: &'a Station,
     fast_drives: bool,
+    force: Option<ForceAddress>,
     state: &'a State,
     wrong: &'a W,
 }
@@ -148,6 +156,7 @@ impl<W: Fn(ConfigError) -> End> RobotVisitor for Build<'_, W> {
         let config = self.station.config(robot.description().drive_buses());
         let node = config.and_then(|mut config| {
             config.fast_drives = self.fast_drives;
+            config.force = self.force;
             Node::new(now(), robot, config)
         });
         let keeper = self.state.keeper(N)?;

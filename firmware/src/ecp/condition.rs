@@ -1,6 +1,6 @@
 //! The conditions every node has: initial conditions of `Wait`, guards and predicates.
 
-use crate::ecp::EcpOf;
+use crate::ecp::{EcpOf, Sensors};
 use agent::args::{C0, E, F, V};
 use agent::{Condition, X};
 use protocol::message::{Coordination, WireCondition};
@@ -75,17 +75,26 @@ impl<const N: usize> Condition<EcpOf<N>> for Contact {
     }
 }
 
-/// `f^1(c_j, v_j)`: the force at the wrist has changed by more than this since the motion began.
+/// `f^1(c_j, v_j)`: the force at the wrist has changed by more than this since the motion began. A `MoveUntilForce` ends by
+/// it in the servo step in which it is felt; in the ECP it is there for programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceAbove {
-    /// N; infinite: never.
+    /// N
     pub newtons: f64,
+}
+
+impl ForceAbove {
+    /// By these readings? Where none can be read it is not.
+    #[must_use]
+    pub fn exceeded<const N: usize>(&self, v: &Sensors<N>) -> bool {
+        v.force_n.is_some_and(|force| force > self.newtons)
+    }
 }
 
 impl<const N: usize> Condition<EcpOf<N>> for ForceAbove {
     type Args = F<(), (), V>;
     fn holds(&self, x: X<'_, EcpOf<N>, Self::Args>) -> bool {
-        x.v().force_n.is_some_and(|force| force > self.newtons)
+        self.exceeded(x.v())
     }
 }
 

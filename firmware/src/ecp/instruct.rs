@@ -3,9 +3,9 @@
 //! [`Ecp::accept`] belongs to the servo step and is cheap: counts, signs and ranges. What it lets pass is made the running
 //! instruction by the work for the next order.
 
-use super::condition::{ForceAbove, FromWire};
+use super::condition::FromWire;
 use super::generator::line_move::Reference;
-use super::generator::{Follow, Guarded, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
+use super::generator::{Follow, Hold, JointMove, LineMove, MotorMove, PathMove, PoseMove};
 use super::tool_motion::{PathSpeeds, ToolMotion};
 use super::{Ecp, Programs, Running};
 use crate::edp::servo::narrow;
@@ -155,16 +155,14 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
                 reference,
                 path,
                 speeds,
-            } => self.pose_move(target, *reference, *path, speeds, f64::INFINITY),
+            } => self.pose_move(target, *reference, *path, speeds),
+            // the force is the foreground's, which looks at it in every servo step
             Instruction::MoveUntilForce {
                 target,
                 reference,
                 speeds,
-                newtons,
-            } => {
-                let newtons = f64::from(*newtons);
-                self.pose_move(target, *reference, PosePath::Line, speeds, newtons)
-            }
+                ..
+            } => self.pose_move(target, *reference, PosePath::Line, speeds),
             Instruction::Follow => Running::Follow(Move::new(Follow)),
             Instruction::FollowPath { speeds } => {
                 Running::Path(MoveIn::new(PathMove(self.tool_motion(speeds))))
@@ -199,7 +197,6 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         reference: PoseReference,
         path: PosePath,
         speeds: &PoseSpeeds,
-        newtons: f64,
     ) -> Running<R, N, W> {
         let reference = match reference {
             PoseReference::Base => Reference::Base,
@@ -208,13 +205,10 @@ impl<R: Robot<N> + Copy, const N: usize, P: Programs<N>, const W: usize> Ecp<R, 
         let motion = self.tool_motion(speeds);
         let target = of_message(target);
         match path {
-            PosePath::Line => Running::Line(MoveIn::new(Guarded {
-                motion: LineMove {
-                    motion,
-                    target,
-                    reference,
-                },
-                until: ForceAbove { newtons },
+            PosePath::Line => Running::Line(MoveIn::new(LineMove {
+                motion,
+                target,
+                reference,
             })),
             PosePath::Joint => {
                 let (fv, fa) = (

@@ -83,6 +83,15 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
         }
     }
 
+    /// The instruction has ended and nothing of its path is wanted any more: from this servo step on every axis stops as fast
+    /// as its limits allow. The path that is queued would go on for 20 to 40 ms.
+    pub fn stop_here(&mut self) {
+        if let Some(interpolator) = self.interpolator.get_mut() {
+            interpolator.quick_stop();
+            self.coming_to_rest = true;
+        }
+    }
+
     /// Have the set-points come to rest, with nothing left to do?
     pub fn at_rest(&self, now: Micros) -> bool {
         self.interpolator.get().is_none_or(|interpolator| {

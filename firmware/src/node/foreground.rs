@@ -5,6 +5,7 @@ use super::work::Work;
 use crate::capacity::{EVENTS, LINK_SESSIONS};
 use crate::config::NodeConfig;
 use crate::ecp::agenda::Agenda;
+use crate::ecp::condition::ForceAbove;
 use crate::ecp::{Ecp, Programs, Sensors};
 use crate::edp::Edp;
 use crate::edp::mode::{Event as ModeEvent, Mode, Rest};
@@ -46,8 +47,8 @@ pub struct Foreground<R, const N: usize> {
     effort: Vsp<EffortSensor<N>>,
     pub(super) sensors: Sensors<N>,
     pub(super) wrist: Wrist,
-    /// The running motion is to end at a force.
-    guarded: bool,
+    /// The force at which the running motion is to end.
+    guard: Option<ForceAbove>,
     period: Micros,
     next_sync: Micros,
     next_servo: Option<Micros>,
@@ -88,7 +89,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             effort,
             sensors: Sensors::NONE,
             wrist: Wrist::new(config.force),
-            guarded: false,
+            guard: None,
             period,
             next_sync: now,
             next_servo: None,
@@ -192,6 +193,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
             self.sensors = reading;
         }
         self.sensors.force_n = self.wrist.change_n(now);
+        self.end_at_force(now);
         self.coordinate(now, ecp);
         self.watch_force(now);
         self.edp.servo(now, &currents_ma, tx);
@@ -213,10 +215,21 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         self.edp.drive_outputs(self.outputs);
     }
 
+    /// A motion that is to end at a force ends in this servo step: every axis stops, and what is left of path and plan is
+    /// of no use any more.
+    fn end_at_force(&mut self, now: Micros) {
+        let felt = self.guard.is_some_and(|at| at.exceeded(&self.sensors));
+        if felt && self.agenda.due(self.clock.to_bus(now)) {
+            self.agenda.end();
+            self.ending = true;
+            self.edp.stop_here();
+        }
+    }
+
     /// A robot that has a force sensor does not move without it.
     fn watch_force(&mut self, now: Micros) {
         if matches!(self.edp.mode(), Mode::Moving { .. }) && self.wrist.is_blind(now) {
-            let reaction = if self.guarded {
+            let reaction = if self.guard.is_some() {
                 Reaction::QuickStop
             } else {
                 Cause::ForceSensor.reaction()
@@ -430,14 +443,18 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
                 if timed && start_at.since(bus_now) > START_HORIZON {
                     return Err(Refusal::Late);
                 }
-                let guarded = matches!(instruction, Instruction::MoveUntilForce { .. });
-                if guarded && self.wrist.force_n(now).is_none() {
+                let mut guard = None;
+                if let Instruction::MoveUntilForce { newtons, .. } = instruction {
+                    let newtons = f64::from(*newtons);
+                    guard = Some(ForceAbove { newtons });
+                }
+                if guard.is_some() && self.wrist.force_n(now).is_none() {
                     return Err(Refusal::NoForce);
                 }
                 self.session.fresh(*id)?;
                 self.ending = false;
                 ecp.accept(instruction, rest == Rest::Holding)?;
-                self.guarded = guarded;
+                self.guard = guard;
                 self.wrist.begin();
                 self.agenda.begin(*id, *start_at, instruction);
             }

@@ -8,6 +8,9 @@ use protocol::time::Micros;
 
 /// A sample older than this is none: three periods of the sensor, as of a drive.
 const OLDEST: Micros = Micros(6000);
+/// A sensor has noise: when so many samples in a row are the one before, force and moment, it tells nothing any more. With
+/// noise of 0.3 units six values stay in their units half of the time at most (0.9⁶), so many times once in 10¹³.
+const FROZEN: u8 = 50;
 
 /// How much the force has changed, N: the length of the difference of two vectors. The tool's weight is in both,
 /// and so is what the sensor tells where there is nothing; so the tool must not turn meanwhile.
@@ -38,6 +41,8 @@ impl VirtualSensor for ForceChange {
 pub struct Wrist {
     sensor: Option<(u8, Receiver)>,
     latest: Option<(Micros, Reading)>,
+    /// So many samples were the one before.
+    same: u8,
     began: [i16; 3],
 }
 
@@ -48,6 +53,7 @@ impl Wrist {
         Self {
             sensor: address.map(|address| (address.bus, Receiver::new(address.number))),
             latest: None,
+            same: 0,
             began: [0; 3],
         }
     }
@@ -58,16 +64,28 @@ impl Wrist {
             && *own == bus
             && let Some(reading) = receiver.take(frame)
         {
-            self.latest = Some((at, reading));
+            self.hear(at, reading);
         }
     }
 
-    /// The latest sample, if it is one: not too old, and nothing is wrong with it.
+    /// A sample; one of the number of the last is not new, whoever repeats it.
+    fn hear(&mut self, at: Micros, reading: Reading) {
+        if let Some((_, last)) = &self.latest {
+            if last.number == reading.number {
+                return;
+            }
+            let same = (last.force, last.moment) == (reading.force, reading.moment);
+            self.same = if same { self.same.saturating_add(1) } else { 0 };
+        }
+        self.latest = Some((at, reading));
+    }
+
+    /// The latest sample, if it is one: not too old, not frozen, and nothing is wrong with it.
     fn reading(&self, now: Micros) -> Option<&Reading> {
         let (at, reading) = self.latest.as_ref()?;
         let status = reading.status;
         let good = !(status.failed || status.saturated || status.over_force);
-        (good && now.since(*at) <= OLDEST).then_some(reading)
+        (good && self.same < FROZEN && now.since(*at) <= OLDEST).then_some(reading)
     }
 
     /// Is there a sensor, and nothing to be read of it?
@@ -117,8 +135,22 @@ mod test {
         }))
     }
 
+    /// The next sample.
     fn tell(wrist: &mut Wrist, at: u64, bus: u8, force_n: [f64; 3], status: Status) {
-        let reading = Reading::new(force_n, [0.0; 3], 0, status);
+        let number = wrist
+            .latest
+            .map_or(7, |(_, last)| last.number.wrapping_add(1));
+        tell_as(wrist, at, bus, force_n, (number, status));
+    }
+
+    fn tell_as(
+        wrist: &mut Wrist,
+        at: u64,
+        bus: u8,
+        force_n: [f64; 3],
+        (number, status): (u8, Status),
+    ) {
+        let reading = Reading::new(force_n, [0.0; 3], number, status);
         for frame in reading.frames(SENSOR) {
             wrist.on_frame(Micros(at), bus, &frame);
         }
@@ -169,6 +201,41 @@ mod test {
         // of another bus
         tell(&mut wrist, 0, 0, [0.0; 3], Status::default());
         assert!(wrist.is_blind(Micros(0)));
+    }
+
+    #[test]
+    fn a_sample_that_is_repeated_is_none() {
+        let mut wrist = wrist();
+        let fine = (255, Status::default());
+        tell_as(&mut wrist, 0, 1, [1.0; 3], fine);
+        tell_as(&mut wrist, 6000, 1, [2.0; 3], fine);
+        assert_eq!(wrist.force_n(Micros(6000)), Some([1.0; 3]));
+        assert!(wrist.is_blind(Micros(6001)), "the number of the last");
+        // after 255 comes 0, and what is lost in between is no harm
+        tell_as(&mut wrist, 6001, 1, [2.0; 3], (0, Status::default()));
+        assert_eq!(wrist.force_n(Micros(6001)), Some([2.0; 3]));
+    }
+
+    #[test]
+    fn a_value_without_noise_is_none_after_a_tenth_of_a_second() {
+        let mut wrist = wrist();
+        let mut at = 0;
+        let mut next = |wrist: &mut Wrist, z: f64| {
+            at += 2000;
+            tell(wrist, at, 1, [1.0, 2.0, z], Status::default());
+            wrist.is_blind(Micros(at))
+        };
+        assert!(!next(&mut wrist, 3.0));
+        for _ in 1..FROZEN {
+            assert!(!next(&mut wrist, 3.0));
+        }
+        assert!(next(&mut wrist, 3.0) && next(&mut wrist, 3.0));
+        // a unit of one component is enough
+        assert!(!next(&mut wrist, 3.01));
+        for _ in 1..FROZEN {
+            assert!(!next(&mut wrist, 3.01));
+        }
+        assert!(!next(&mut wrist, 3.0));
     }
 
     #[test]

@@ -1,12 +1,18 @@
 //! The command line.
 
+use super::touch::{ForceBus, Surface};
 use bus::spec::{Place, SpecError};
 use clap::Parser;
+use firmware::Station;
+use firmware::config::ForceAddress;
 use firmware::process::drive_buses;
 use hil_sim::drive::quirk::{Quirk, Quirks};
 use hil_sim::fault::{Breakable, FaultSpec, Schedule};
+use hil_sim::plant::contact::Plate;
 use process::End;
-use robots::RobotKind;
+use protocol::message::ServoLaw;
+use protocol::transfer::Mtu;
+use robots::{RobotKind, TrackRule};
 use std::ffi::OsString;
 
 /// For `--help`.
@@ -49,11 +55,20 @@ struct Raw {
     #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
     quirk: Vec<Quirk>,
     /// What breaks when: ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage (its
-    /// encoder), switch-on, switch-off, no-index; ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP (behind
+    /// encoder), switch-on, switch-off, no-index; ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed,
+    /// frozen, repeating, torn; ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP (behind
     /// the node, 0, or the TAP-th drive), wrecked:TAP. `none` mends. Axes from 1, buses from 0, seconds from the
     /// start; may be given several times
     #[arg(long, value_name = "SPEC")]
     fault: Vec<FaultSpec>,
+    /// A force sensor in the wrist of a robot, on its drive bus BUS (0 or 1, on a CAN interface 0): irp6-track or
+    /// irp6-postument; --force-bus of its mrroc-node says the same
+    #[arg(long, value_name = "ROBOT.BUS")]
+    force_bus: Vec<ForceBus>,
+    /// A square plate that a tool can touch, ROBOT:X,Y,Z:NX,NY,NZ:EDGE:STIFFNESS: the middle of its face, m in the base
+    /// frame, the normal out of it, the edge, m, and N/m. May be given several times
+    #[arg(long, value_name = "SPEC")]
+    surface: Vec<Surface>,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -63,11 +78,47 @@ struct Raw {
     json: bool,
 }
 
+/// A robot that is to be simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Simulated {
+    /// What it is.
+    pub(crate) kind: RobotKind,
+    /// Its number as an effector.
+    pub(crate) effector: u8,
+    /// Its force sensor.
+    pub(crate) force: Option<ForceAddress>,
+    /// What its tool can touch.
+    pub(crate) plates: Vec<Plate>,
+}
+
+impl Simulated {
+    /// Its node, as far as drives and sensors are concerned.
+    pub(crate) const fn station(&self, one_wire: bool) -> Station {
+        Station {
+            effector: self.effector,
+            unique_id: 0,
+            mtu: Mtu::Classic,
+            law: ServoLaw::DrivePosition,
+            velocity_factor: 1.0,
+            one_wire,
+            track: TrackRule::Keep,
+        }
+    }
+
+    /// How many drive buses it has on a hub.
+    pub(crate) fn buses(&self) -> u8 {
+        let drives = drive_buses(self.kind);
+        let sensor = self.force.map(|force| force.bus);
+        let last = drives.iter().copied().chain(sensor).max();
+        last.map_or(0, |last| last + 1)
+    }
+}
+
 /// What is to be run.
 #[derive(Debug)]
 pub(crate) struct Args {
-    /// The robots and their effector numbers.
-    pub(crate) robots: Vec<(RobotKind, u8)>,
+    /// The robots.
+    pub(crate) robots: Vec<Simulated>,
     /// The bus; a hub is our own, and port 0 any free one.
     pub(crate) place: Place,
     /// Seed of everything random.
@@ -96,7 +147,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             raw.effector.len()
         )));
     }
-    let mut robots: Vec<(RobotKind, u8)> = Vec::new();
+    let mut robots: Vec<Simulated> = Vec::new();
     let mut numbers = raw.effector.iter().copied();
     for name in &raw.robots {
         let kind = RobotKind::from_name(name).map_err(|error| End::usage(error.to_string()))?;
@@ -105,26 +156,33 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             return Err(End::usage("--effector: expected numbers from 1 on, got 0"));
         }
         let hub = matches!(place, Place::Hub { .. });
-        if hub && robots.iter().any(|(other, _)| *other == kind) {
+        if hub && robots.iter().any(|other| other.kind == kind) {
             return Err(End::usage(format!(
                 "{kind}: given twice (expected each robot once on a hub: its channels are named \
                  after it)"
             )));
         }
-        if let Some((other, _)) = robots.iter().find(|(_, taken)| *taken == number) {
+        if let Some(Simulated { kind: other, .. }) = robots.iter().find(|r| r.effector == number) {
             return Err(End::usage(format!(
                 "--effector: {other} and {kind} are both effector {number} (expected different \
                  numbers)"
             )));
         }
-        robots.push((kind, number));
+        robots.push(Simulated {
+            kind,
+            effector: number,
+            force: None,
+            plates: Vec::new(),
+        });
     }
+    equip(&mut robots, &raw.force_bus, &raw.surface, &place)?;
     let breakable: Vec<Breakable<'_>> = robots
         .iter()
-        .map(|(kind, _)| Breakable {
-            name: kind.name(),
-            axes: kind.axes(),
-            buses: buses(*kind),
+        .map(|robot| Breakable {
+            name: robot.kind.name(),
+            axes: robot.kind.axes(),
+            buses: robot.buses(),
+            force: robot.force.is_some(),
         })
         .collect();
     let faults = Schedule::new(&raw.fault, &breakable)
@@ -140,9 +198,49 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     })
 }
 
-/// How many drive buses a robot has on a hub.
-pub(crate) fn buses(kind: RobotKind) -> u8 {
-    drive_buses(kind).iter().max().map_or(0, |last| last + 1)
+/// Gives the robots their force sensors, and what their tools can touch.
+fn equip(
+    robots: &mut [Simulated],
+    sensors: &[ForceBus],
+    surfaces: &[Surface],
+    place: &Place,
+) -> Result<(), End> {
+    let one_wire = !matches!(place, Place::Hub { .. });
+    for sensor in sensors {
+        let robot = named(robots, &sensor.robot, "--force-bus")?;
+        let wrong = |what: String| {
+            let given = format!("{}.{}", sensor.robot, sensor.bus);
+            End::usage(format!("--force-bus {given}: {what}"))
+        };
+        if robot.force.is_some() {
+            return Err(wrong("expected one sensor a robot, got another".into()));
+        }
+        let address = robot.station(one_wire).force(robot.kind, sensor.bus);
+        robot.force = Some(address.map_err(|error| wrong(error.to_string()))?);
+    }
+    for surface in surfaces {
+        let robot = named(robots, &surface.robot, "--surface")?;
+        robot.plates.push(surface.plate);
+    }
+    Ok(())
+}
+
+/// The robot of a name that is there once.
+fn named<'a>(
+    robots: &'a mut [Simulated],
+    name: &str,
+    option: &str,
+) -> Result<&'a mut Simulated, End> {
+    let known: Vec<&str> = robots.iter().map(|robot| robot.kind.name()).collect();
+    let expected = format!(
+        "{option} {name}: expected {}, given once",
+        known.join(" or ")
+    );
+    let mut of_name = robots.iter_mut().filter(|robot| robot.kind.name() == name);
+    match (of_name.next(), of_name.next()) {
+        (Some(robot), None) => Ok(robot),
+        (None | Some(_), _) => Err(End::usage(expected)),
+    }
 }
 
 /// A quirk by its name.
@@ -176,8 +274,12 @@ mod tests {
     #[test]
     fn effectors_are_the_nodes_defaults_or_as_listed() {
         let (track, postument) = (RobotKind::Irp6Track, RobotKind::Irp6Postument);
+        let who = |args: &Args| -> Vec<(RobotKind, u8)> {
+            let robots = args.robots.iter();
+            robots.map(|robot| (robot.kind, robot.effector)).collect()
+        };
         let args = of("mrroc-hil-sim irp6-postument irp6-track --bus hub:0").unwrap();
-        assert_eq!(args.robots, [(postument, 2), (track, 1)]);
+        assert_eq!(who(&args), [(postument, 2), (track, 1)]);
         assert_eq!(
             args.place,
             Place::Hub {
@@ -186,7 +288,31 @@ mod tests {
             }
         );
         let args = of("mrroc-hil-sim irp6-track irp6-track --bus can:can0 --effector 3,4").unwrap();
-        assert_eq!(args.robots, [(track, 3), (track, 4)]);
+        assert_eq!(who(&args), [(track, 3), (track, 4)]);
+    }
+
+    #[test]
+    fn robots_have_the_sensors_and_surfaces_that_are_theirs() {
+        let text = "mrroc-hil-sim irp6-track irp6-postument --bus hub --force-bus irp6-postument.1 \
+                    --surface irp6-postument:1,0,0.2:0,0,1:0.1:1e4 --surface irp6-postument:0,1,0:0,1,0:0.1:1e4";
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let args = of(&text).unwrap();
+        let [track, postument] = args.robots.as_slice() else {
+            panic!("{args:?}");
+        };
+        assert!(track.force.is_none() && track.plates.is_empty());
+        assert_eq!(
+            (track.buses(), postument.buses()),
+            (2, 2),
+            "a bus of its own"
+        );
+        let force = postument.force.unwrap();
+        assert_eq!((force.bus, force.number.force_cob()), (1, 0x680));
+        assert_eq!(postument.plates.len(), 2);
+        // on one wire it is that of its effector
+        let text = "mrroc-hil-sim irp6-postument --bus can:can0 --force-bus irp6-postument.0";
+        let force = of(text).unwrap().robots[0].force.unwrap();
+        assert_eq!((force.bus, force.number.force_cob()), (0, 0x682));
     }
 
     #[test]
@@ -211,8 +337,19 @@ mod tests {
             "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/1:frozen@soon",
             "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/8:frozen@2",
             "mrroc-hil-sim irp6-track --bus hub --fault irp6-track.2:short@2",
+            "mrroc-hil-sim irp6-track --bus hub --fault irp6-track/force:frozen@2",
             "mrroc-hil-sim irp6-track --bus hub --fault polycrank/1:frozen@2",
             "mrroc-hil-sim irp6-track irp6-track --bus can:c --effector 3,4 --fault irp6-track/1:frozen@2",
+            "mrroc-hil-sim irp6-track --bus hub --force-bus irp6-track",
+            "mrroc-hil-sim irp6-track --bus hub --force-bus irp6-track.2",
+            "mrroc-hil-sim irp6-track --bus hub --force-bus irp6-postument.1",
+            "mrroc-hil-sim irp6-track --bus hub --force-bus irp6-track.1 --force-bus irp6-track.0",
+            "mrroc-hil-sim irp6-track --bus can:can0 --force-bus irp6-track.1",
+            "mrroc-hil-sim irp6-postument --bus hub --force-bus irp6-postument.0",
+            "mrroc-hil-sim conveyor --bus hub --force-bus conveyor.0",
+            "mrroc-hil-sim irp6-track irp6-track --bus can:c --effector 3,4 --force-bus irp6-track.0",
+            "mrroc-hil-sim irp6-track --bus hub --surface irp6-track:1,2,3",
+            "mrroc-hil-sim irp6-track --bus hub --surface conveyor:1,0,0.2:0,0,1:0.1:1e4",
         ] {
             let end = of(text).unwrap_err();
             assert_eq!(end.code, exit::USAGE, "{text}");
@@ -237,6 +374,9 @@ mod tests {
         let listed = help.text.split_whitespace().collect::<Vec<_>>().join(" ");
         for (name, _) in hil_sim::drive::DriveFault::NAMED {
             assert!(listed.contains(name), "{name} is not in --help");
+        }
+        for fault in hil_sim::plant::force_sensor::ForceFault::ALL {
+            assert!(listed.contains(fault.name()), "{fault:?} is not in --help");
         }
         for fault in ["stuck-dominant", "short", "cut:TAP", "wrecked:TAP"] {
             assert!(listed.contains(fault), "{fault} is not in --help");

@@ -15,7 +15,9 @@ mod shape;
 
 pub use shape::{Distance, Shape};
 
-use nalgebra::Vector3;
+use motion::Pose;
+use nalgebra::{Matrix3, Vector3};
+use robots::{Robot, RobotKind, RobotVisitor, TrackRule};
 
 /// What a surface does to a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +51,48 @@ pub struct Obstacle {
     pub surface: Surface,
 }
 
+/// A square plate that a tool can touch, as thick as a tenth of its edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// The middle of the face that is touched, in the robot's base frame, m.
+    pub point_m: Vector3<f64>,
+    /// Out of that face, of length 1.
+    pub normal: Vector3<f64>,
+    /// Its edge, m.
+    pub edge_m: f64,
+    /// N/m
+    pub stiffness_n_m: f64,
+}
+
+impl Plate {
+    /// The body it is, with the damping and friction of metal.
+    #[must_use]
+    pub fn obstacle(&self) -> Obstacle {
+        let half = 0.5 * self.edge_m;
+        let normal = self.normal;
+        // any direction across it, for it is square
+        let other = if normal.x.abs() < 0.5 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
+        let side = normal.cross(&other).normalize();
+        Obstacle {
+            shape: Shape::Box {
+                frame: Pose {
+                    position: self.point_m - normal * (0.1 * half),
+                    rotation: Matrix3::from_columns(&[side, normal.cross(&side), normal]),
+                },
+                half: Vector3::new(half, half, 0.1 * half),
+            },
+            surface: Surface {
+                stiffness_n_m: self.stiffness_n_m,
+                ..Surface::METAL
+            },
+        }
+    }
+}
+
 /// The sphere at the end of a tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
@@ -56,6 +100,24 @@ pub struct Tip {
     pub centre_m: Vector3<f64>,
     /// m; 0 for a point.
     pub radius_m: f64,
+}
+
+impl Tip {
+    /// The point at the end of the tool that a robot of this kind has where nothing else is said.
+    #[must_use]
+    pub fn of(kind: RobotKind) -> Self {
+        struct Tool;
+        impl RobotVisitor for Tool {
+            type Output = Vector3<f64>;
+            fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Vector3<f64> {
+                robot.description().default_tool().position
+            }
+        }
+        Self {
+            centre_m: kind.visit(TrackRule::Keep, Tool),
+            radius_m: 0.0,
+        }
+    }
 }
 
 /// How one body pushes a tip at one moment.
@@ -129,6 +191,31 @@ mod tests {
         assert!((touch.push_n - 100.0).abs() < 1e-9);
         assert!((touch.drag_ns_m - 0.2 * 100.0 / 0.001).abs() < 1e-6);
         assert!((touch.normal - Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_plate_is_touched_at_its_face_within_its_edges_and_nowhere_else() {
+        let normal = Vector3::new(0.6, 0.0, 0.8);
+        let plate = Plate {
+            point_m: Vector3::new(1.0, 2.0, 3.0),
+            normal,
+            edge_m: 0.2,
+            stiffness_n_m: 5000.0,
+        };
+        let obstacle = plate.obstacle();
+        let push = |at: Vector3<f64>| {
+            let touch = obstacle.touch(&(plate.point_m + at), &Vector3::zeros(), 0.0);
+            touch.map(|touch| (touch.push_n, touch.normal))
+        };
+        // 1 mm deep in 5000 N/m
+        let (push_n, out) = push(normal * -0.001).unwrap();
+        assert!((push_n - 5.0).abs() < 1e-9 && (out - normal).norm() < 1e-12);
+        assert_eq!(push(normal * 0.001), None);
+        // 20 mm thick
+        assert_eq!(push(normal * -0.021), None);
+        let across = Vector3::new(0.0, 1.0, 0.0);
+        assert!(push(normal * -0.001 + across * 0.099).is_some());
+        assert_eq!(push(normal * -0.001 + across * 0.101), None);
     }
 
     proptest! {

@@ -5,10 +5,16 @@
 //! second, a mix by its coupling matrix, adds bias and noise, cuts at the end of its range, and averages the last
 //! two samples, as MRROC++ did with its ATI cards.
 
+mod fault;
+
+pub use fault::ForceFault;
+
+use firmware::config::ForceAddress;
 use motion::Pose;
 use nalgebra::{SMatrix, SVector, Vector3};
-use protocol::force_torque::{Reading, SensorNumber, Status};
+use protocol::force_torque::{Reading, Status};
 use protocol::frame::Frame;
+use robots::RobotKind;
 
 use super::mechanics::Wrist;
 use super::random::SplitMix64;
@@ -84,7 +90,6 @@ pub struct ForceSensor {
     centres: [Option<Vector3<f64>>; 2],
     last: Option<Six>,
     number: u8,
-    failed: bool,
 }
 
 impl ForceSensor {
@@ -97,13 +102,7 @@ impl ForceSensor {
             centres: [None; 2],
             last: None,
             number: 0,
-            failed: false,
         }
-    }
-
-    /// It tells nothing but that it has failed, or works again.
-    pub const fn set_failed(&mut self, failed: bool) {
-        self.failed = failed;
     }
 
     /// What the sensor feels, before all its errors.
@@ -132,10 +131,7 @@ impl ForceSensor {
     /// The next sample.
     pub fn sample(&mut self, wrist: &Wrist) -> Reading {
         let felt = self.felt(wrist);
-        let mut status = Status {
-            failed: self.failed,
-            ..Status::default()
-        };
+        let mut status = Status::default();
         let mut told = self.p.coupling * felt + self.p.bias;
         for k in 0..6 {
             told[k] += self.p.noise[k] * self.random.normal();
@@ -148,9 +144,6 @@ impl ForceSensor {
         self.last = Some(told);
         let number = self.number;
         self.number = number.wrapping_add(1);
-        if self.failed {
-            return Reading::new([0.0; 3], [0.0; 3], number, status);
-        }
         let [fx, fy, fz, mx, my, mz] = mean.into();
         Reading::new([fx, fy, fz], [mx, my, mz], number, status)
     }
@@ -159,18 +152,57 @@ impl ForceSensor {
 /// A force sensor on a bus.
 #[derive(Clone, Debug)]
 pub struct ForceNode {
-    /// The robot's drive bus it hangs on, from 0.
-    pub bus: u8,
-    /// Its number on the bus.
-    pub number: SensorNumber,
+    /// Where it hangs.
+    address: ForceAddress,
     /// What it measures with.
-    pub sensor: ForceSensor,
+    sensor: ForceSensor,
+    fault: Option<ForceFault>,
+    /// The last sample before the fault, or at all.
+    last: Option<Reading>,
 }
 
 impl ForceNode {
-    /// The frames of the next sample.
-    pub(super) fn publish(&mut self, wrist: &Wrist) -> [Frame; 2] {
-        self.sensor.sample(wrist).frames(self.number)
+    /// A sensor on a drive bus of the robot.
+    #[must_use]
+    pub const fn new(address: ForceAddress, sensor: ForceSensor) -> Self {
+        Self {
+            address,
+            sensor,
+            fault: None,
+            last: None,
+        }
+    }
+
+    /// That of a robot of this kind, with the bias and the noise of the seed.
+    #[must_use]
+    pub fn of(kind: RobotKind, address: ForceAddress, seed: u64) -> Self {
+        let parameters = ForceSensorParameters::irp6(kind == RobotKind::Irp6Track, seed);
+        Self::new(address, ForceSensor::new(parameters, seed))
+    }
+
+    /// The robot's drive bus it hangs on, from 0.
+    #[must_use]
+    pub const fn bus(&self) -> u8 {
+        self.address.bus
+    }
+
+    /// Something is wrong with it from now on, or nothing any more.
+    pub const fn set_fault(&mut self, fault: Option<ForceFault>) {
+        self.fault = fault;
+    }
+
+    /// The frames of the next sample; none while it is silent.
+    pub(super) fn publish(&mut self, wrist: &Wrist) -> Option<[Frame; 2]> {
+        let reading = self.sensor.sample(wrist);
+        let sensor = self.address.number;
+        let Some(fault) = self.fault else {
+            self.last = Some(reading);
+            return Some(reading.frames(sensor));
+        };
+        let last = *self.last.get_or_insert(reading);
+        let [force, moment] = fault.told(reading, last, &self.sensor.p.range)?;
+        let ([force, _], [_, moment]) = (force.frames(sensor), moment.frames(sensor));
+        Some([force, moment])
     }
 }
 

@@ -7,7 +7,7 @@ use protocol::frame::Frame;
 
 use super::axis::{AxisPlant, Broken, Drive};
 use super::contact::{Obstacle, Tip};
-use super::force_sensor::{self, ForceNode};
+use super::force_sensor::{self, ForceFault, ForceNode};
 use super::gear::{Gear, GearError};
 use super::mechanics::{Mechanics, Wrist};
 use super::parameters::{AxisSetup, RobotSetup};
@@ -276,9 +276,18 @@ impl SimRobot {
         self.force = node;
     }
 
-    /// The force sensor in the wrist, to break it.
-    pub const fn force_node_mut(&mut self) -> Option<&mut ForceNode> {
-        self.force.as_mut()
+    /// Has it a force sensor on a bus?
+    #[must_use]
+    pub const fn has_force_sensor(&self) -> bool {
+        self.force.is_some()
+    }
+
+    /// Breaks or mends the force sensor. `false` if there is none.
+    pub fn break_force_sensor(&mut self, fault: Option<ForceFault>) -> bool {
+        self.force
+            .as_mut()
+            .map(|node| node.set_fault(fault))
+            .is_some()
     }
 
     /// The wrist after the last substep; none where there is none.
@@ -321,8 +330,8 @@ impl SimRobot {
             && at_ns % force_sensor::PERIOD_NS < self.substep_ns
             && let Some(wrist) = self.mechanics.wrist(&self.plants)
         {
-            let bus = node.bus;
-            for frame in node.publish(&wrist) {
+            let bus = node.bus();
+            for frame in node.publish(&wrist).into_iter().flatten() {
                 let from = Sender::ForceSensor;
                 out(Sent {
                     at_ns,

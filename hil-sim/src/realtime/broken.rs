@@ -44,6 +44,9 @@ impl BrokenBuses {
             Broken::Axis(axis, fault) => {
                 let _ = robot.inject(axis, fault);
             }
+            Broken::Force(fault) => {
+                let _ = robot.break_force_sensor(fault);
+            }
             Broken::Bus(bus, fault) => {
                 if let Some(now) = self.faults.get_mut(usize::from(bus)) {
                     *now = fault;

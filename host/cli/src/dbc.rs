@@ -1,5 +1,5 @@
 //! `mrroc dbc`: a database (DBC) of the frames that look the same in every cycle: process data of every
-//! axis, SYNC, NMT, heartbeats, emergencies; towards the MP the heartbeats of Cyphal.
+//! axis, SYNC, NMT, heartbeats, emergencies, force sensors; towards the MP the heartbeats of Cyphal.
 //!
 //! Identifiers are those of buses of their own ([`firmware::Station`]): drive k of a robot is axis k.
 
@@ -15,9 +15,11 @@ use protocol::canopen::node::{Function, NodeId as DriveId};
 use protocol::canopen::objects::{self, TABLE};
 use protocol::canopen::pdo::Entry;
 use protocol::canopen::{axis, nmt, sync};
+use protocol::force_torque::{FORCE_UNIT_N, MOMENT_UNIT_NM};
 use protocol::id::{CanId, NodeId, Port, Priority, Subject};
 
 use crate::eds::written;
+use crate::world::force_address;
 
 /// The CANopen identifier of a robot's own node on its drive buses.
 const MASTER: u8 = 127;
@@ -72,6 +74,11 @@ fn database(cell: &Cell, name: Option<&str>) -> Result<String, End> {
         if !axes.is_empty() {
             dbc.drives(robot, &axes)?;
         }
+        if let Some(address) = force_address(robot)
+            && robot.force_bus == Some(bus)
+        {
+            dbc.force_sensor(&robot.name, address.number.force_cob());
+        }
         if robot.mp_bus == bus {
             let node = NodeId::effector(number);
             dbc.cyphal_heartbeat(&robot.name, node.ok_or_else(|| too_many(&robot.name))?);
@@ -93,6 +100,10 @@ struct Signal {
     start: usize,
     bits: usize,
     signed: bool,
+    /// One of what is on the wire, in the unit.
+    factor: f64,
+    /// Decimals of a value.
+    decimals: usize,
     unit: &'static str,
 }
 
@@ -170,6 +181,41 @@ impl Database {
         Ok(())
     }
 
+    /// The two frames of a force sensor; that with the moment is the one after that with the force.
+    fn force_sensor(&mut self, robot: &str, cob: u16) {
+        let robot = word(robot);
+        let sender = format!("force_{robot}");
+        self.nodes.push(sender.clone());
+        for (cob, name, factor, decimals, unit) in [
+            (cob, "Force", FORCE_UNIT_N, 2, "N"),
+            (cob + 1, "Moment", MOMENT_UNIT_NM, 3, "Nm"),
+        ] {
+            let along = |axis: &str, start: usize| Signal {
+                signed: true,
+                factor,
+                decimals,
+                unit,
+                ..unsigned(&format!("{name}{axis}"), start, 16)
+            };
+            let signals = [
+                along("X", 0),
+                along("Y", 16),
+                along("Z", 32),
+                unsigned("SampleNumber", 48, 8),
+                unsigned("OverForce", 56, 1),
+                unsigned("Saturated", 57, 1),
+                unsigned("Failed", 58, 1),
+            ];
+            self.message(
+                u32::from(cob),
+                &format!("{name}_{robot}"),
+                8,
+                &sender,
+                &signals,
+            );
+        }
+    }
+
     fn heartbeat(&mut self, id: DriveId, name: &str, sender: &str) {
         let cob = u32::from(id.cob(Function::Heartbeat));
         self.message(cob, name, 1, sender, &[unsigned("State", 0, 8)]);
@@ -212,10 +258,24 @@ impl Database {
             } else {
                 ('+', 0, (1_i128 << s.bits) - 1)
             };
+            #[expect(
+                clippy::cast_precision_loss,
+                reason = "only whole ones are longer than 16 bits"
+            )]
+            let scaled = |raw: i128| match s.decimals {
+                0 => raw.to_string(),
+                decimals => format!("{:.decimals$}", raw as f64 * s.factor),
+            };
             let _ = writeln!(
                 self.messages,
-                " SG_ {} : {}|{}@1{sign} (1,0) [{low}|{high}] \"{}\" Vector__XXX",
-                s.name, s.start, s.bits, s.unit
+                " SG_ {} : {}|{}@1{sign} ({},0) [{}|{}] \"{}\" Vector__XXX",
+                s.name,
+                s.start,
+                s.bits,
+                s.factor,
+                scaled(low),
+                scaled(high),
+                s.unit
             );
         }
         self.messages.push('\n');
@@ -241,6 +301,8 @@ fn unsigned(name: &str, start: usize, bits: usize) -> Signal {
         start,
         bits,
         signed: false,
+        factor: 1.0,
+        decimals: 0,
         unit: "",
     }
 }
@@ -307,6 +369,37 @@ mod test {
             assert!(text.contains(part), "{part}");
         }
         assert!(!text.contains("_7:"));
+    }
+
+    #[test]
+    fn a_force_sensor_is_on_its_own_bus_alone() {
+        let cell = Cell::parse(
+            r#"
+            bus = [{ name = "wrist", kind = "classic" }, { name = "drives", kind = "classic" }]
+            [[robot]]
+            kind = "irp6-postument"
+            drives = [{ bus = "drives", axes = [1, 2, 3, 4, 5, 6] }]
+            force_bus = "wrist"
+        "#,
+        )
+        .unwrap();
+        let text = database(&cell, Some("wrist")).unwrap();
+        for part in [
+            "BU_: force_irp6_postument\n",
+            "BO_ 1664 Force_irp6_postument: 8 force_irp6_postument\n \
+             SG_ ForceX : 0|16@1- (0.01,0) [-327.68|327.67] \"N\" Vector__XXX\n",
+            "BO_ 1665 Moment_irp6_postument: 8 force_irp6_postument\n",
+            " SG_ MomentZ : 32|16@1- (0.001,0) [-32.768|32.767] \"Nm\" Vector__XXX\n \
+             SG_ SampleNumber : 48|8@1+ (1,0) [0|255] \"\" Vector__XXX\n \
+             SG_ OverForce : 56|1@1+ (1,0) [0|1] \"\" Vector__XXX\n",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert_eq!(
+            text.lines().filter(|line| line.starts_with("BO_")).count(),
+            2
+        );
+        assert!(!database(&cell, Some("drives")).unwrap().contains("Force"));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Watching a bus without taking part, and stopping everyone on it.
 
+mod force;
+
 use crate::run::{catch_interrupt, interrupted};
 use crate::world::open_bus;
 use bus::Bus;
 use bus::spec::Place;
 use clap::Args;
+use force::Sensors;
 use host::error::{Error, exit, fault_text};
 use host::mp::arm::{Arm, arm, motor_angles};
 use protocol::id::NodeId;
@@ -34,7 +37,11 @@ pub(crate) struct Monitor {
     /// slcan:DEVICE or slcan:HOST:PORT.
     #[arg(long, default_value = "hub")]
     bus: Place,
-    /// Print one JSON value per node and refresh instead of a table.
+    /// A drive bus whose force sensors are shown too, with their moments: the hub's channel (irp6-postument.1), or the
+    /// CAN interface. May be given several times.
+    #[arg(long, value_name = "NAME")]
+    force_bus: Vec<String>,
+    /// Print one JSON value per node (and sensor) and refresh instead of a table.
     #[arg(long)]
     json: bool,
     /// Look for this long, then end; without it, until Ctrl-C.
@@ -54,6 +61,11 @@ struct Heard {
 impl Monitor {
     pub(crate) fn run(self) -> Result<u8, Error> {
         let (mut bus, _) = open_bus(&self.bus)?;
+        let opened = self
+            .force_bus
+            .iter()
+            .map(|name| Sensors::open(&self.bus, name));
+        let mut sensors: Vec<Sensors> = opened.collect::<Result<_, _>>()?;
         catch_interrupt()?;
         let mut link = Endpoint::<64>::new(NodeId::MP, Role::Observer, Mtu::Classic);
         let mut nodes = BTreeMap::<u8, Heard>::new();
@@ -66,15 +78,19 @@ impl Monitor {
         let mut drawn = 0;
         while !interrupted() && end.is_none_or(|end| bus::now() < end) {
             listen(&mut *bus, &mut link, &mut nodes, next)?;
+            for sensors in &mut sensors {
+                sensors.listen()?;
+            }
             if bus::now() < next {
                 continue;
             }
             next = next + REFRESH;
-            let text = if self.json {
-                json(&nodes)
+            let (text, sensors): (_, String) = if self.json {
+                (json(&nodes), sensors.iter().map(Sensors::json).collect())
             } else {
-                table(&nodes)
+                (table(&nodes), sensors.iter().map(Sensors::table).collect())
             };
+            let text = text + &sensors;
             let mut out = std::io::stdout().lock();
             let up = if terminal && drawn > 0 {
                 format!("\x1b[{drawn}A\x1b[J")
@@ -171,8 +187,14 @@ fn table(nodes: &BTreeMap<u8, Heard>) -> String {
         let fault = feedback
             .fault
             .map_or_else(String::new, |f| format!("  {}", fault_text(&f)));
+        let force = feedback.force_n.map_or_else(String::new, |[x, y, z]| {
+            format!("  force {x:.1} {y:.1} {z:.1} N")
+        });
         // writing to a String cannot fail
-        let _ = writeln!(text, "{id:>4}  {name:<16} {state:<15} {joints}{fault}");
+        let _ = writeln!(
+            text,
+            "{id:>4}  {name:<16} {state:<15} {joints}{force}{fault}"
+        );
     }
     text
 }
@@ -188,6 +210,7 @@ fn json(nodes: &BTreeMap<u8, Heard>) -> String {
             "robot": kind_of(heard).map(|arm| arm.kind().name()),
             "state": format!("{:?}", feedback.state),
             "joints": joints(heard),
+            "force_n": feedback.force_n,
             "fault": feedback.fault.map(|f| f.cause.code()),
             "age_ms": bus::now().since(heard.at).0 / 1000,
         });

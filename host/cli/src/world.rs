@@ -10,12 +10,10 @@ use firmware::Station;
 use firmware::config::ForceAddress;
 use hil_sim::cell::{Cell as SimCell, CellError, Observer, Wiring};
 use hil_sim::fault::FaultSpec;
-use hil_sim::plant::contact::{Obstacle, Shape, Surface, Tip};
+use hil_sim::plant::contact::{Obstacle, Plate, Tip};
 use host::error::Error;
-use host::mp::arm::arm;
-use host::task::{self, BusKind, Cell, RobotSpec, SurfaceSpec};
-use motion::Pose;
-use nalgebra::{Matrix3, Vector3};
+use host::task::{self, BusKind, Cell, RobotSpec};
+use nalgebra::Vector3;
 use process::Lateness;
 use protocol::force_torque::SensorNumber;
 use protocol::frame::Frame;
@@ -179,44 +177,23 @@ fn surround(sim: &mut SimCell, cell: &Cell) {
             .iter()
             .filter(|surface| surface.robot == number);
         let obstacles: Vec<Obstacle> = own
-            .map(|surface| Obstacle {
-                shape: plate(surface),
-                surface: Surface {
+            .map(|surface| {
+                let plate = Plate {
+                    point_m: Vector3::from(surface.point_m),
+                    normal: Vector3::from(surface.normal),
+                    edge_m: surface.edge_m,
                     stiffness_n_m: surface.stiffness_n_m,
-                    ..Surface::METAL
-                },
+                };
+                plate.obstacle()
             })
             .collect();
         if obstacles.is_empty() {
             continue;
         }
-        let tip = Tip {
-            centre_m: arm(robot.kind).default_tool().position,
-            radius_m: 0.0,
-        };
+        let tip = Tip::of(robot.kind);
         if let Some(robot) = sim.robot_mut(number) {
             let _ = robot.surround(obstacles, tip);
         }
-    }
-}
-
-/// The plate of a surface.
-fn plate(surface: &SurfaceSpec) -> Shape {
-    let half = 0.5 * surface.edge_m;
-    let normal = Vector3::from(surface.normal);
-    // any direction across it, for it is square
-    let other = if normal.x.abs() < 0.5 {
-        Vector3::x()
-    } else {
-        Vector3::y()
-    };
-    let side = normal.cross(&other).normalize();
-    Shape::Box {
-        frame: Pose {
-            position: Vector3::from(surface.point_m) - normal * (0.1 * half),
-            rotation: Matrix3::from_columns(&[side, normal.cross(&side), normal]),
-        },
-        half: Vector3::new(half, half, 0.1 * half),
     }
 }
 

@@ -495,7 +495,7 @@ fn force_bus(
     let wrong = |expected: &str, got: String| {
         Err(value.error(Problem::Conflict, "a force sensor", expected, got))
     };
-    if !matches!(kind, RobotKind::Irp6Track | RobotKind::Irp6Postument) {
+    if !kind.has_force_sensor() {
         return wrong(
             "a robot that has one: irp6-track, irp6-postument",
             kind.name().to_owned(),

@@ -56,9 +56,14 @@ pub(crate) struct Coordinator {
 impl Coordinator {
     /// Joins a hub's channel `mp`.
     pub(crate) fn join(port: u16, robots: &[(u8, usize)]) -> Self {
+        Self::on(Self::hub(port), Mtu::Classic, robots)
+    }
+
+    /// A hub's channel `mp`.
+    pub(crate) fn hub(port: u16) -> Box<dyn Bus> {
         let patience = Micros(u64::try_from(PATIENCE.as_micros()).unwrap());
-        let bus = HubClient::connect("127.0.0.1", port, "mp", bus::now() + patience).unwrap();
-        Self::on(Box::new(bus), Mtu::Classic, robots)
+        let bus = HubClient::connect("127.0.0.1", port, "mp", bus::now() + patience);
+        Box::new(bus.unwrap())
     }
 
     /// Joins a bus; its time starts at 0, as that of any process.

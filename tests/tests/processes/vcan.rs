@@ -10,6 +10,7 @@ mod can_utils;
 
 use super::child::{PATIENCE, Process};
 use super::coordinator::Coordinator;
+use super::force;
 use super::witness::Witness;
 use super::{LONG_RAD, SHORT_RAD, demands, on_the_path, since, under_way};
 use bus::candump::Entry;
@@ -243,6 +244,17 @@ fn do_their_task(task: &str) {
             (&robot["faults"], &robot["limit_violations"]),
             (&0.into(), &0.into())
         );
+    }
+}
+
+#[test]
+fn an_arm_on_socketcan_stops_at_a_force() {
+    if is_here(FD) {
+        force::a_task_ends_at_the_surface("can:vcan0", "0", |_| {
+            open_can(FD, Hears::Extended)
+                .map(|(bus, mtu)| (bus as Box<dyn Bus>, mtu))
+                .unwrap()
+        });
     }
 }
 

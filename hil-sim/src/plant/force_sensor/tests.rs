@@ -1,4 +1,5 @@
 use super::*;
+use protocol::force_torque::{Receiver, SensorNumber};
 use robots::dynamics::STANDARD_GRAVITY;
 
 fn quiet() -> ForceSensorParameters {
@@ -92,9 +93,50 @@ fn too_much_force_is_told_and_cut() {
     assert!(reading.status.over_force && reading.status.saturated);
     // a quarter beyond 65 N
     assert!((reading.force_n()[0] + 81.25).abs() < 0.006);
-    sensor.set_failed(true);
-    let failed = sensor.sample(&wrist);
-    assert!(failed.status.failed && failed.force == [0; 3]);
+}
+
+#[test]
+fn each_fault_of_a_sensor_on_a_bus_tells_what_it_says() {
+    let number = SensorNumber::new(4).unwrap();
+    let mut node = ForceNode::new(
+        ForceAddress { bus: 0, number },
+        ForceSensor::new(ForceSensorParameters::irp6(true, 1), 1),
+    );
+    let wrist = looking_down();
+    let mut receiver = Receiver::new(number);
+    let mut next = |fault: Option<ForceFault>| {
+        node.set_fault(fault);
+        let frames = node.publish(&wrist).into_iter().flatten();
+        frames.filter_map(|frame| receiver.take(&frame)).last()
+    };
+    let before = next(None).unwrap();
+    assert_eq!((before.number, before.status), (0, Status::default()));
+    assert_eq!(next(Some(ForceFault::Silent)), None);
+    assert_eq!(next(Some(ForceFault::Torn)), None);
+    assert_eq!(next(Some(ForceFault::Repeating)), Some(before));
+    let frozen = Reading {
+        number: 4,
+        ..before
+    };
+    assert_eq!(next(Some(ForceFault::Frozen)), Some(frozen));
+    let failed = next(Some(ForceFault::Failed)).unwrap();
+    assert!(failed.status.failed && failed.force == [0; 3] && failed.number == 5);
+    let over = next(Some(ForceFault::OverForce)).unwrap();
+    assert!(over.status.over_force && !over.status.saturated);
+    let saturated = next(Some(ForceFault::Saturated)).unwrap();
+    // a quarter beyond 65 N, 130 N, 5 N·m
+    assert!(saturated.status.saturated);
+    assert_eq!(
+        (saturated.force, saturated.moment),
+        ([8125, 8125, 16250], [6250; 3])
+    );
+    let mended = next(None).unwrap();
+    assert_eq!((mended.number, mended.status), (8, Status::default()));
+    assert_ne!(mended.force, before.force, "it has noise");
+    for fault in ForceFault::ALL {
+        assert_eq!(ForceFault::from_name(fault.name()), Some(fault));
+    }
+    assert_eq!(ForceFault::from_name("none"), None);
 }
 
 #[test]

@@ -176,15 +176,13 @@ fn receptors_break_as_they_are_told() {
 #[test]
 fn a_force_sensor_publishes_every_two_milliseconds_on_its_bus() {
     use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters};
+    use firmware::config::ForceAddress;
     use protocol::force_torque::{Receiver, SensorNumber};
     let mut robot = SimRobot::new(irp6_track(1), 1).unwrap();
     let number = SensorNumber::new(2).unwrap();
     let sensor = ForceSensor::new(ForceSensorParameters::irp6(true, 1), 1);
-    robot.set_force_node(Some(ForceNode {
-        bus: 1,
-        number,
-        sensor,
-    }));
+    let address = ForceAddress { bus: 1, number };
+    robot.set_force_node(Some(ForceNode::new(address, sensor)));
     let mut receiver = Receiver::new(number);
     let mut numbers = Vec::new();
     robot.advance(20_000_000, &mut |sent| {
@@ -220,6 +218,7 @@ fn the_links_of_a_gear_that_gives_hang_below_their_motor() {
 fn a_braked_arm_that_touches_something_feels_it_in_its_wrist() {
     use crate::plant::contact::{Obstacle, Shape, Surface, Tip};
     use crate::plant::force_sensor::{ForceSensor, ForceSensorParameters, Six};
+    use firmware::config::ForceAddress;
     use nalgebra::Vector3;
     use protocol::force_torque::{Receiver, SensorNumber};
     let mut robot = SimRobot::new(irp6_postument(1), 1).unwrap();
@@ -245,11 +244,8 @@ fn a_braked_arm_that_touches_something_feels_it_in_its_wrist() {
         noise: Six::zeros(),
         ..ForceSensorParameters::irp6(false, 1)
     };
-    robot.set_force_node(Some(ForceNode {
-        bus: 0,
-        number,
-        sensor: ForceSensor::new(p, 1),
-    }));
+    let address = ForceAddress { bus: 0, number };
+    robot.set_force_node(Some(ForceNode::new(address, ForceSensor::new(p, 1))));
     let mut receiver = Receiver::new(number);
     let mut last = None;
     let mut take = |sent: Sent| last = receiver.take(&sent.frame).or(last);
