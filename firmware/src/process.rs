@@ -131,6 +131,8 @@ impl Station {
             law: self.law,
             velocity_factor: self.velocity_factor,
             force: None,
+            identities: [None; N],
+            find_drives: false,
         };
         config.validate()?;
         Ok(config)

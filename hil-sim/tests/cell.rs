@@ -30,6 +30,8 @@ mod encoder_faults;
 mod fast;
 #[path = "cell/force.rs"]
 mod force;
+#[path = "cell/layer.rs"]
+mod layer;
 #[path = "cell/quirks.rs"]
 mod quirks;
 #[path = "cell/runaway.rs"]

@@ -2,10 +2,10 @@
 
 use protocol::fault::{Cause, Fault, PathProblem, Quantity, Refusal};
 use protocol::message::{
-    AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, DriveFinding, DriveIdentity, Event, Feedback, HomingPhase,
-    Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE, PATH_BATCH, PathElement,
-    PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space,
-    StopAll, StopKind, TimeSync, WireCondition,
+    AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, DriveFinding, DriveIdentity,
+    Event, Feedback, HomingPhase, Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE,
+    PATH_BATCH, PathElement, PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress, Reply,
+    Request, ServoLaw, Space, StopAll, StopKind, TimeSync, WireCondition,
 };
 use protocol::time::Micros;
 

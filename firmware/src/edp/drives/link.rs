@@ -1,13 +1,15 @@
 //! One drive.
 
-use super::AxisActual;
 use super::script::{AxisSetup, DRIVE_HEARTBEAT_MS, Script};
+use super::{AxisActual, BOOT_TIMEOUT};
 use crate::config::DriveAddress;
 use crate::io::Port;
 use protocol::canopen::axis::{self, Actual, Inputs, Target};
 use protocol::canopen::cia402::{self, PowerState, Statusword};
 use protocol::canopen::emcy::Emergency;
 use protocol::canopen::fast::{Feedback, Group};
+use protocol::canopen::lss::Identity;
+use protocol::canopen::lss::master::{Outcome as Layered, Task as LayerTask};
 use protocol::canopen::nmt::{self, Heard, HeartbeatConsumer};
 use protocol::canopen::node::{self, Function};
 use protocol::canopen::objects::index;
@@ -15,10 +17,9 @@ use protocol::canopen::pdo::Value;
 use protocol::canopen::sdo::{Address, Client, Outcome, Progress};
 use protocol::fault::Cause;
 use protocol::frame::Frame;
+use protocol::message::{DriveFinding, Event};
 use protocol::time::Micros;
 
-/// A drive that has not booted in this time after a reset is missing: slow ones take 2 s.
-const BOOT_TIMEOUT: Micros = Micros::from_millis(3000);
 /// The drive's heartbeat may be missing for three of its periods.
 const HEARTBEAT_WINDOW: Micros = Micros::from_millis(3 * DRIVE_HEARTBEAT_MS as u64);
 /// SYNCs in a row without an answer with which the drive counts as silent.
@@ -27,6 +28,9 @@ const SILENT_AFTER: u8 = 3;
 const DEVICE_TYPE_INDEX: u16 = 0x1000;
 /// CiA 402 servo drive.
 const DEVICE_TYPE: u32 = 0x0002_0192;
+
+/// A drive is given its node id so often before it must boot.
+const GIVES: u8 = 2;
 
 /// An acyclic task for a drive in operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +74,31 @@ const IDENTIFY: [(u16, u8); 3] = [
     (index::DIGITAL_INPUTS, 0),
 ];
 
+/// The step in which the identity begins to be read.
+const FIRST_OF_IDENTITY: u8 = 3;
+
+/// What is asked in a step of identifying; the identity only of a drive that is named.
+fn question(setup: &AxisSetup, step: u8) -> Option<Address> {
+    if let Some((index, sub)) = IDENTIFY.get(usize::from(step)) {
+        return Some(Address::new(*index, *sub));
+    }
+    let sub = step.saturating_sub(FIRST_OF_IDENTITY).saturating_add(1);
+    (setup.identity.is_some() && sub <= 4).then_some(Address::new(index::IDENTITY, sub))
+}
+
+/// What layer setting has found out about a drive.
+#[derive(Clone, Copy, Debug, Default)]
+struct Search {
+    /// How often it was given its node id.
+    gives: u8,
+    /// How the last search for it ended.
+    last: Option<Layered>,
+    /// What is still to be told.
+    news: Option<DriveFinding>,
+    /// The identity that it has.
+    got: Identity,
+}
+
 /// The node's view of one drive.
 #[derive(Debug)]
 pub struct DriveLink {
@@ -94,6 +123,7 @@ pub struct DriveLink {
     outputs: [u16; 2],
     /// In the fast profile: what the next group carries.
     grouped: Option<(u16, Target)>,
+    search: Search,
 }
 
 impl DriveLink {
@@ -120,6 +150,7 @@ impl DriveLink {
             mode: setup.mode,
             outputs: [0; 2],
             grouped: None,
+            search: Search::default(),
         }
     }
 
@@ -219,6 +250,96 @@ impl DriveLink {
                 ..self.setup
             },
         );
+    }
+
+    /// The device that it must be, if it is named.
+    pub(super) const fn identity(&self) -> Option<Identity> {
+        self.setup.identity
+    }
+
+    /// Does it give torque?
+    pub(super) fn has_torque(&self) -> bool {
+        self.is_ready() && self.state() == Some(PowerState::OperationEnabled)
+    }
+
+    /// Since when layer setting looks for it: it was reset and has not booted.
+    pub(super) const fn waits(&self) -> Option<Micros> {
+        match self.phase {
+            Phase::Booting { reset_at } if self.setup.find || self.setup.identity.is_some() => {
+                reset_at
+            }
+            Phase::Booting { .. }
+            | Phase::Identifying { .. }
+            | Phase::Configuring { .. }
+            | Phase::Ready
+            | Phase::Failed(_) => None,
+        }
+    }
+
+    /// What the LSS master of `bus` is to do for it.
+    pub(super) fn wanted(&self, bus: u8) -> Option<LayerTask> {
+        let here = self.address.bus == bus && self.waits().is_some() && self.search.gives < GIVES;
+        let identity = self.setup.identity.filter(|_| here)?;
+        let node = self.address.id;
+        Some(LayerTask::Give { identity, node })
+    }
+
+    /// Has layer setting looked for it?
+    pub(super) const fn was_looked_for(&self) -> bool {
+        self.search.last.is_some()
+    }
+
+    /// A search for it has ended.
+    pub(super) fn on_layer(&mut self, now: Micros, outcome: Layered) {
+        self.search.last = Some(outcome);
+        if let Layered::Given { stored } = outcome {
+            self.search.gives = self.search.gives.saturating_add(1);
+            self.search.news = Some(if stored {
+                DriveFinding::Given
+            } else {
+                DriveFinding::NotStored
+            });
+            if let Phase::Booting { reset_at } = &mut self.phase {
+                // it boots by itself
+                *reset_at = Some(now);
+            }
+        }
+    }
+
+    /// It has not booted, and layer setting has not found it.
+    pub(super) fn give_up(&mut self) {
+        self.phase = Phase::Failed(Cause::DriveHeartbeat);
+        if self.setup.identity.is_none() {
+            return;
+        }
+        self.search.news = match self.search.last {
+            Some(Layered::Collision) => Some(DriveFinding::Collision),
+            Some(Layered::Refused(error)) => Some(DriveFinding::Refused { error }),
+            Some(Layered::Configured(node)) if node != self.address.id => {
+                Some(DriveFinding::Elsewhere { node: node.get() })
+            }
+            Some(Layered::Nobody) => Some(DriveFinding::Missing),
+            // it has its node id, and yet it does not boot
+            Some(
+                Layered::Configured(_)
+                | Layered::Given { .. }
+                | Layered::Somebody
+                | Layered::Found(_),
+            )
+            | None => None,
+        };
+    }
+
+    /// What was found out about who it is, once.
+    pub(super) fn take_news(&mut self, axis: u8) -> Option<Event> {
+        let finding = self.search.news.take()?;
+        Some(Event::DriveFound {
+            bus: self.address.bus,
+            axis: Some(axis),
+            finding,
+            expected: self.setup.identity.map(Into::into),
+            got: (finding == DriveFinding::Other).then_some(self.search.got.into()),
+        })
     }
 
     /// SYNCs in a row without an answer, the last one too.
@@ -355,15 +476,30 @@ impl DriveLink {
                             self.rated_torque_mnm = number;
                             number > 0
                         }
-                        _ => {
+                        2 => {
                             self.inputs = number;
+                            true
+                        }
+                        _ => {
+                            let mut parts = self.search.got.parts();
+                            let part = usize::from(step.saturating_sub(FIRST_OF_IDENTITY));
+                            if let Some(part) = parts.get_mut(part) {
+                                *part = number;
+                            }
+                            self.search.got = Identity::from_parts(parts);
                             true
                         }
                     };
                 *step = step.saturating_add(1);
-                if !accepted {
+                let known = question(&self.setup, *step).is_none();
+                let named = self.setup.identity;
+                let other = known && named.is_some_and(|named| named != self.search.got);
+                if accepted && other {
+                    self.search.news = Some(DriveFinding::Other);
+                }
+                if !accepted || other {
                     self.phase = Phase::Failed(Cause::DriveConfiguration);
-                } else if usize::from(*step) >= IDENTIFY.len() {
+                } else if known {
                     self.phase = Phase::Configuring {
                         script: Script::new(),
                     };
@@ -437,7 +573,9 @@ impl DriveLink {
             Phase::Booting {
                 reset_at: Some(since),
             } => {
-                if now.since(*since) > BOOT_TIMEOUT {
+                // one that layer setting looks for is given up by it
+                let looked_for = self.setup.find || self.setup.identity.is_some();
+                if now.since(*since) > BOOT_TIMEOUT && !looked_for {
                     self.phase = Phase::Failed(Cause::DriveHeartbeat);
                 }
                 None
@@ -451,8 +589,8 @@ impl DriveLink {
                 None
             }
             Phase::Identifying { step } => {
-                let (index, sub) = *IDENTIFY.get(usize::from(*step))?;
-                self.sdo.upload(now, Address::new(index, sub)).ok()
+                let at = question(&self.setup, *step)?;
+                self.sdo.upload(now, at).ok()
             }
             Phase::Configuring { script } => {
                 if let Some(write) = script.next(id, &self.setup) {

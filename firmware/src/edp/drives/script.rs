@@ -2,6 +2,7 @@
 
 use protocol::canopen::axis;
 use protocol::canopen::fast::Slot;
+use protocol::canopen::lss::Identity;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::canopen::objects::index;
 use protocol::canopen::pdo::{Direction, Setup, SetupWrite, Value};
@@ -29,6 +30,10 @@ pub struct AxisSetup {
     pub torque_offset: bool,
     /// Its slot in the fast profile.
     pub slot: Option<Slot>,
+    /// The device that it must be; it is given its node id if it has none.
+    pub identity: Option<Identity>,
+    /// Strangers without node id are looked for while it does not boot.
+    pub find: bool,
 }
 
 impl Default for AxisSetup {
@@ -43,6 +48,8 @@ impl Default for AxisSetup {
             mode: 8,
             torque_offset: false,
             slot: None,
+            identity: None,
+            find: false,
         }
     }
 }
