@@ -35,6 +35,8 @@ pub struct KnownDrives<'a> {
     pub identities: &'a [(u8, Identity)],
     /// A drive without node id that no axis names is looked for, and told, if an axis' drive does not boot.
     pub find: bool,
+    /// The drives store their set-up, and when the node starts they are given it only if object 1020 tells of another.
+    pub stored: bool,
 }
 
 /// A node's configuration.
@@ -65,6 +67,8 @@ pub struct NodeConfig<const N: usize> {
     pub identities: [Option<Identity>; N],
     /// [`KnownDrives::find`]
     pub find_drives: bool,
+    /// [`KnownDrives::stored`]
+    pub stored_setup: bool,
 }
 
 /// Why a configuration cannot be used.
@@ -148,6 +152,7 @@ impl<const N: usize> NodeConfig<N> {
             }
         }
         self.find_drives = known.find;
+        self.stored_setup = known.stored;
         self.validate()?;
         Ok(self)
     }
@@ -204,6 +209,9 @@ impl<const N: usize> NodeConfig<N> {
         }
         if self.find_drives {
             digest.update(b"find");
+        }
+        if self.stored_setup {
+            digest.update(b"stored");
         }
         digest.finalize()
     }

@@ -133,6 +133,7 @@ impl Station {
             force: None,
             identities: [None; N],
             find_drives: false,
+            stored_setup: false,
         };
         config.validate()?;
         Ok(config)

@@ -38,6 +38,8 @@ mod quirks;
 mod runaway;
 #[path = "cell/scenario.rs"]
 mod scenario;
+#[path = "cell/stored.rs"]
+mod stored;
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,

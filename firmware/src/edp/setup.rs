@@ -123,6 +123,7 @@ impl<const N: usize> EdpSetup<N> {
                 slot: None,
                 identity: None,
                 find: config.find_drives,
+                stored: config.stored_setup,
             }),
             sync_cob: config.sync_cob,
             master: config.master,

@@ -33,6 +33,7 @@ impl<'a> Wiring<'a> {
             drives: KnownDrives {
                 identities: &[],
                 find: false,
+                stored: false,
             },
         }
     }

@@ -45,7 +45,7 @@ struct Raw {
     seed: u64,
     /// What the drives do otherwise than the book: slow-boot, slow-answers, homing-never-reached,
     /// no-interpolation-period, tight-sync, homes-itself, emergency-before-boot-up, short-pdo,
-    /// flickering-fault, forgets-node, slow-layer
+    /// flickering-fault, forgets-node, slow-layer, no-verify-configuration
     #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
     quirk: Vec<Quirk>,
     /// What breaks when: ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage (its

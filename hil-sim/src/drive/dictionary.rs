@@ -30,6 +30,8 @@ pub(crate) struct Dictionary {
     written: Option<Address>,
     /// [`super::quirk::Quirk::NoInterpolationPeriod`].
     without_interpolation: bool,
+    /// [`super::quirk::Quirk::NoVerifyConfiguration`].
+    without_verify: bool,
     /// Does the drive hang on a bus with CAN FD?
     fd: bool,
     /// Object 2000: now and stored.
@@ -83,6 +85,7 @@ impl Dictionary {
             energised: false,
             written: None,
             without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
+            without_verify: drive.quirks.has(Quirk::NoVerifyConfiguration),
             fd: drive.fd,
             note: [Vec::new(), Vec::new()],
             program: Program::default(),
@@ -183,7 +186,9 @@ impl Dictionary {
     }
 
     fn place(&self, at: Address) -> Result<usize, Abort> {
-        if self.without_interpolation && at.index == index::INTERPOLATION_PERIOD {
+        if self.without_interpolation && at.index == index::INTERPOLATION_PERIOD
+            || self.without_verify && at.index == index::VERIFY_CONFIGURATION
+        {
             return Err(Abort::NoObject);
         }
         objects::find(at).ok_or(if objects::has_index(at.index) {

@@ -32,11 +32,13 @@ pub enum Quirk {
     ForgetsNode = 1 << 9,
     /// Its answers to the master of layer setting come 30 ms late.
     SlowLayer = 1 << 10,
+    /// It does not know of object 1020.
+    NoVerifyConfiguration = 1 << 11,
 }
 
 impl Quirk {
     /// Every quirk.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::SlowBoot,
         Self::SlowAnswers,
         Self::HomingNeverReached,
@@ -48,6 +50,7 @@ impl Quirk {
         Self::FlickeringFault,
         Self::ForgetsNode,
         Self::SlowLayer,
+        Self::NoVerifyConfiguration,
     ];
 
     /// Its name on a command line.
@@ -65,6 +68,7 @@ impl Quirk {
             Self::FlickeringFault => "flickering-fault",
             Self::ForgetsNode => "forgets-node",
             Self::SlowLayer => "slow-layer",
+            Self::NoVerifyConfiguration => "no-verify-configuration",
         }
     }
 

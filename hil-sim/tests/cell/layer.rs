@@ -29,7 +29,7 @@ fn wire(serial: u32) -> DriveIdentity {
 }
 
 /// What a node told: bus, axis, finding, expected, got.
-type Found = (
+pub(super) type Found = (
     u8,
     Option<u8>,
     DriveFinding,
@@ -37,15 +37,17 @@ type Found = (
     Option<DriveIdentity>,
 );
 
-struct Bench {
-    node: Box<dyn NodeProcess + Send>,
-    robot: SimRobot,
+pub(super) struct Bench {
+    pub(super) node: Box<dyn NodeProcess + Send>,
+    pub(super) robot: SimRobot,
     link: Endpoint<16>,
-    now_ns: u64,
-    found: Vec<Found>,
+    pub(super) now_ns: u64,
+    pub(super) found: Vec<Found>,
     /// Requests of layer setting: when, and the first bytes.
     asked: Vec<(u64, [u8; 2])>,
-    fault: Option<(Cause, Option<u8>)>,
+    pub(super) fault: Option<(Cause, Option<u8>)>,
+    /// SDO requests of the node: to whom, and the bytes.
+    pub(super) requests: Vec<(u16, [u8; 8])>,
     epoch: u32,
     sequence: u16,
     to_node: Vec<Frame>,
@@ -53,7 +55,31 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(known: &KnownDrives<'_>, change: impl FnOnce(&mut RobotSetup)) -> Self {
+    pub(super) fn new(known: &KnownDrives<'_>, change: impl FnOnce(&mut RobotSetup)) -> Self {
+        let (node, drives) = Self::start(known, 0);
+        let mut setup = hil_sim::cell::setup(KIND, &drives, 1, Quirks::default());
+        change(&mut setup);
+        Self {
+            node,
+            robot: SimRobot::new(setup, 1).unwrap(),
+            link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd),
+            now_ns: 0,
+            found: Vec::new(),
+            asked: Vec::new(),
+            fault: None,
+            requests: Vec::new(),
+            epoch: 0,
+            sequence: 0,
+            to_node: Vec::new(),
+            reply: None,
+        }
+    }
+
+    /// A node that begins at this time, and where it expects its drives.
+    fn start(
+        known: &KnownDrives<'_>,
+        now_ns: u64,
+    ) -> (Box<dyn NodeProcess + Send>, Vec<firmware::DriveAddress>) {
         let station = Station {
             effector: 1,
             unique_id: 7,
@@ -68,22 +94,15 @@ impl Bench {
             drives: *known,
             ..Wiring::classic(&buses)
         };
-        let (node, drives) = hil_sim::cell::node(KIND, &station, &wiring, Micros(0)).unwrap();
-        let mut setup = hil_sim::cell::setup(KIND, &drives, 1, Quirks::default());
-        change(&mut setup);
-        Self {
-            node,
-            robot: SimRobot::new(setup, 1).unwrap(),
-            link: Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd),
-            now_ns: 0,
-            found: Vec::new(),
-            asked: Vec::new(),
-            fault: None,
-            epoch: 0,
-            sequence: 0,
-            to_node: Vec::new(),
-            reply: None,
-        }
+        hil_sim::cell::node(KIND, &station, &wiring, Micros(now_ns / 1000)).unwrap()
+    }
+
+    /// Another node in the place of this one: its drives stay as they are.
+    pub(super) fn restart(&mut self, known: &KnownDrives<'_>) {
+        (self.node, _) = Self::start(known, self.now_ns);
+        self.link = Endpoint::new(NodeId::MP, Role::Coordinator, Mtu::Fd);
+        self.epoch = 0;
+        self.requests.clear();
     }
 
     /// Axes, from 0, lose their node ids.
@@ -129,6 +148,10 @@ impl Bench {
                         let [a, b, ..] = *frame.data() else { panic!() };
                         self.asked.push((now_ns, [a, b]));
                     }
+                    if let Id::Standard(cob @ 0x601..=0x67F) = frame.id() {
+                        let bytes = frame.data().try_into().unwrap();
+                        self.requests.push((cob, bytes));
+                    }
                     self.robot.on_frame(bus, now_ns, &frame, &mut |sent| {
                         back.push(drives(sent.frame))
                     });
@@ -160,7 +183,7 @@ impl Bench {
         }
     }
 
-    fn ask(&mut self, request: &Request) -> Reply {
+    pub(super) fn ask(&mut self, request: &Request) -> Reply {
         let to_node = &mut self.to_node;
         self.link
             .send_request(NODE, request, &mut |frame| to_node.push(frame))
@@ -175,7 +198,7 @@ impl Bench {
         panic!("no reply to {request:?}");
     }
 
-    fn run_ms(&mut self, ms: u64) {
+    pub(super) fn run_ms(&mut self, ms: u64) {
         for _ in 0..ms * 1_000_000 / SUBSTEP_NS {
             if self.epoch != 0 && self.now_ns.is_multiple_of(20_000_000) {
                 self.sequence = self.sequence.wrapping_add(1);
@@ -194,8 +217,24 @@ impl Bench {
         }
     }
 
+    /// Takes the lease and switches torque on.
+    pub(super) fn enable(&mut self) -> u32 {
+        let acquire = Request::Acquire {
+            nonce: 1,
+            lease_ms: 100,
+            takeover: false,
+        };
+        let Reply::Lease { epoch } = self.ask(&acquire) else {
+            panic!("no lease")
+        };
+        self.epoch = epoch;
+        assert_eq!(self.ask(&Request::Enable { epoch }), Reply::Accepted);
+        self.run_ms(300);
+        epoch
+    }
+
     /// Until the drives are configured, or one is not; how long it took, ms.
-    fn bring_up(&mut self) -> u64 {
+    pub(super) fn bring_up(&mut self) -> u64 {
         let began = self.now_ns;
         for _ in 0..20_000 {
             self.run_ms(1);
@@ -230,6 +269,7 @@ fn known(identities: &[(u8, Identity)]) -> KnownDrives<'_> {
     KnownDrives {
         identities,
         find: false,
+        stored: false,
     }
 }
 
@@ -315,6 +355,7 @@ fn a_stranger_is_looked_for_where_that_is_asked_for() {
     let find = KnownDrives {
         identities: &[],
         find: true,
+        stored: false,
     };
     let mut b = Bench::new(&find, |_| {}).blank(&[5]);
     b.bring_up();
@@ -410,17 +451,7 @@ fn a_drive_that_does_not_store_is_told_of_and_given_its_id_again_after_its_next_
         (b.node.state(), b.found.clone()),
         (NodeState::Disabled, vec![told])
     );
-    let acquire = Request::Acquire {
-        nonce: 1,
-        lease_ms: 100,
-        takeover: false,
-    };
-    let Reply::Lease { epoch } = b.ask(&acquire) else {
-        panic!("no lease")
-    };
-    b.epoch = epoch;
-    assert_eq!(b.ask(&Request::Enable { epoch }), Reply::Accepted);
-    b.run_ms(300);
+    let epoch = b.enable();
     assert_eq!(b.node.state(), NodeState::Unsynchronised);
     let asked = b.asked.len();
     // its supply fails for a moment

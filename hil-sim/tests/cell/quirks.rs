@@ -52,7 +52,8 @@ fn each_quirk_is_survived_or_refused_with_its_cause() {
             | Quirk::SlowAnswers
             | Quirk::HomingNeverReached
             | Quirk::TightSync
-            // nobody sets a layer of drives that have node ids
+            // nobody asks for it, nobody sets a layer of drives that have node ids
+            | Quirk::NoVerifyConfiguration
             | Quirk::ForgetsNode
             | Quirk::SlowLayer
             | Quirk::EmergencyBeforeBootUp => None,

@@ -167,6 +167,7 @@ pub(crate) fn known_drives(robot: &RobotSpec) -> KnownDrives<'_> {
     KnownDrives {
         identities: &robot.identities,
         find: robot.find_drives,
+        stored: robot.stored_setup,
     }
 }
 

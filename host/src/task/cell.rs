@@ -60,6 +60,8 @@ pub struct RobotSpec {
     pub identities: Vec<(u8, Identity)>,
     /// A drive without node id that no axis names is looked for, and told.
     pub find_drives: bool,
+    /// The drives store their set-up.
+    pub stored_setup: bool,
 }
 
 impl RobotSpec {
@@ -174,6 +176,7 @@ impl Cell {
                 force_bus: None,
                 identities: Vec::new(),
                 find_drives: false,
+                stored_setup: false,
             });
         }
         cell
@@ -394,6 +397,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
             "force_bus",
             "identities",
             "find_drives",
+            "stored_setup",
         ],
     )?;
     let kinds = RobotKind::ALL.map(|kind| (kind.name(), kind));
@@ -442,10 +446,11 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         None => Vec::new(),
         Some(value) => identities(&value, kind)?,
     };
-    let find_drives = match fields.optional("find_drives") {
-        None => false,
-        Some(value) => value.boolean()?,
+    let yes = |key| match fields.optional(key) {
+        None => Ok(false),
+        Some(value) => value.boolean(),
     };
+    let (find_drives, stored_setup) = (yes("find_drives")?, yes("stored_setup")?);
     Ok(RobotSpec {
         name,
         kind,
@@ -459,6 +464,7 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         force_bus,
         identities,
         find_drives,
+        stored_setup,
     })
 }
 

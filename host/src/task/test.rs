@@ -522,7 +522,7 @@ proptest! {
 fn drives_are_named_once_each() {
     let cell = |identities: &str| {
         Cell::parse(&format!(
-            "[[robot]]\nkind = \"irp6-postument\"\nfind_drives = true\nidentities = [{identities}]"
+            "[[robot]]\nkind = \"irp6-postument\"\nfind_drives = true\nstored_setup = true\nidentities = [{identities}]"
         ))
     };
     let one = |axis: u8, serial: u32| {
@@ -536,7 +536,8 @@ fn drives_are_named_once_each() {
         .iter()
         .map(|(axis, who)| (*axis, who.serial))
         .collect();
-    assert_eq!((serials, robot.find_drives), (vec![(2, 17), (0, 18)], true));
+    assert_eq!(serials, [(2, 17), (0, 18)]);
+    assert!(robot.find_drives && robot.stored_setup);
     for (wrong, word) in [
         (one(0, 17), "1 to 6"),
         (one(7, 17), "1 to 6"),

@@ -29,6 +29,8 @@ const DEVICE_TYPE_INDEX: u16 = 0x1000;
 /// CiA 402 servo drive.
 const DEVICE_TYPE: u32 = 0x0002_0192;
 
+/// For how long a drive may store its set-up: a few hundred objects, one after the other.
+const STORE_TIMEOUT: Micros = Micros::from_millis(3000);
 /// A drive is given its node id so often before it must boot.
 const GIVES: u8 = 2;
 
@@ -74,16 +76,14 @@ const IDENTIFY: [(u16, u8); 3] = [
     (index::DIGITAL_INPUTS, 0),
 ];
 
-/// The step in which the identity begins to be read.
-const FIRST_OF_IDENTITY: u8 = 3;
-
-/// What is asked in a step of identifying; the identity only of a drive that is named.
+/// What is asked in a step of identifying: the identity only of a drive that is named, its set-up of one that stores it.
 fn question(setup: &AxisSetup, step: u8) -> Option<Address> {
-    if let Some((index, sub)) = IDENTIFY.get(usize::from(step)) {
-        return Some(Address::new(*index, *sub));
-    }
-    let sub = step.saturating_sub(FIRST_OF_IDENTITY).saturating_add(1);
-    (setup.identity.is_some() && sub <= 4).then_some(Address::new(index::IDENTITY, sub))
+    let plain = IDENTIFY.iter().map(|(index, sub)| (true, *index, *sub));
+    let identity = (1..=4).map(|sub| (setup.identity.is_some(), index::IDENTITY, sub));
+    let verify = (1..=2).map(|sub| (setup.stored, index::VERIFY_CONFIGURATION, sub));
+    let asked = plain.chain(identity).chain(verify);
+    let mut asked = asked.filter_map(|(ask, index, sub)| ask.then_some(Address::new(index, sub)));
+    asked.nth(usize::from(step))
 }
 
 /// What layer setting has found out about a drive.
@@ -124,6 +124,8 @@ pub struct DriveLink {
     /// In the fast profile: what the next group carries.
     grouped: Option<(u16, Target)>,
     search: Search,
+    /// As far as is known, it has stored the set-up that it would be given.
+    unchanged: bool,
 }
 
 impl DriveLink {
@@ -151,6 +153,7 @@ impl DriveLink {
             outputs: [0; 2],
             grouped: None,
             search: Search::default(),
+            unchanged: setup.stored,
         }
     }
 
@@ -247,6 +250,8 @@ impl DriveLink {
             self.address,
             AxisSetup {
                 mode: self.mode,
+                // what was stored is in force after a reset of the whole device only, which would forget where it stands
+                stored: false,
                 ..self.setup
             },
         );
@@ -468,42 +473,12 @@ impl DriveLink {
         let ok = matches!(outcome, Outcome::Downloaded(_) | Outcome::Uploaded(_));
         match &mut self.phase {
             Phase::Identifying { step } => {
-                let number = self.sdo.number().unwrap_or(0);
-                let accepted = ok
-                    && match *step {
-                        0 => number == DEVICE_TYPE,
-                        1 => {
-                            self.rated_torque_mnm = number;
-                            number > 0
-                        }
-                        2 => {
-                            self.inputs = number;
-                            true
-                        }
-                        _ => {
-                            let mut parts = self.search.got.parts();
-                            let part = usize::from(step.saturating_sub(FIRST_OF_IDENTITY));
-                            if let Some(part) = parts.get_mut(part) {
-                                *part = number;
-                            }
-                            self.search.got = Identity::from_parts(parts);
-                            true
-                        }
-                    };
-                *step = step.saturating_add(1);
-                let known = question(&self.setup, *step).is_none();
-                let named = self.setup.identity;
-                let other = known && named.is_some_and(|named| named != self.search.got);
-                if accepted && other {
-                    self.search.news = Some(DriveFinding::Other);
-                }
-                if !accepted || other {
-                    self.phase = Phase::Failed(Cause::DriveConfiguration);
-                } else if known {
-                    self.phase = Phase::Configuring {
-                        script: Script::new(),
-                    };
-                }
+                let step = *step;
+                self.identified(step, ok);
+            }
+            Phase::Configuring { script } if !ok && script.is_complete() => {
+                *script = Script::End;
+                self.search.news = Some(DriveFinding::SetupNotStored);
             }
             Phase::Configuring { .. } if !ok => {
                 self.phase = Phase::Failed(Cause::DriveConfiguration);
@@ -511,6 +486,59 @@ impl DriveLink {
             Phase::Ready => self.acyclic_done(ok),
             Phase::Configuring { .. } | Phase::Booting { .. } | Phase::Failed(_) => {}
         }
+    }
+
+    /// A question of identifying was answered.
+    fn identified(&mut self, step: u8, ok: bool) {
+        let Some(at) = question(&self.setup, step) else {
+            return;
+        };
+        let number = self.sdo.number().unwrap_or(0);
+        let part = usize::from(at.sub.saturating_sub(1));
+        let accepted = match at.index {
+            DEVICE_TYPE_INDEX => ok && number == DEVICE_TYPE,
+            index::RATED_TORQUE => {
+                self.rated_torque_mnm = number;
+                ok && number > 0
+            }
+            index::DIGITAL_INPUTS => {
+                self.inputs = number;
+                ok
+            }
+            index::IDENTITY => {
+                let mut parts = self.search.got.parts();
+                if let Some(part) = parts.get_mut(part) {
+                    *part = number;
+                }
+                self.search.got = Identity::from_parts(parts);
+                ok
+            }
+            // a drive that does not have it is configured
+            _ => {
+                let expected = Script::fingerprint(self.address.id, &self.setup);
+                let same = ok && expected.get(part) == Some(&number);
+                self.unchanged = self.unchanged && same;
+                true
+            }
+        };
+        let next = step.saturating_add(1);
+        let named = self.setup.identity;
+        self.phase = if !accepted {
+            Phase::Failed(Cause::DriveConfiguration)
+        } else if question(&self.setup, next).is_some() {
+            Phase::Identifying { step: next }
+        } else if named.is_some_and(|named| named != self.search.got) {
+            self.search.news = Some(DriveFinding::Other);
+            Phase::Failed(Cause::DriveConfiguration)
+        } else {
+            Phase::Configuring {
+                script: if self.unchanged {
+                    Script::of_stored()
+                } else {
+                    Script::new()
+                },
+            }
+        };
     }
 
     fn acyclic_done(&mut self, ok: bool) {
@@ -582,10 +610,12 @@ impl DriveLink {
             }
             Phase::Booting { reset_at } => {
                 *reset_at = Some(now);
-                tx(
-                    port,
-                    nmt::command_frame(nmt::Command::ResetCommunication, target),
-                );
+                let command = if self.setup.stored {
+                    nmt::Command::ResetNode
+                } else {
+                    nmt::Command::ResetCommunication
+                };
+                tx(port, nmt::command_frame(command, target));
                 None
             }
             Phase::Identifying { step } => {
@@ -594,10 +624,14 @@ impl DriveLink {
             }
             Phase::Configuring { script } => {
                 if let Some(write) = script.next(id, &self.setup) {
+                    if write.at.index == index::STORE {
+                        self.sdo = Client::new(STORE_TIMEOUT);
+                    }
                     self.sdo.download(now, write.at, write.value.data()).ok()
                 } else {
                     tx(port, nmt::command_frame(nmt::Command::Start, target));
                     self.phase = Phase::Ready;
+                    self.sdo = Client::default();
                     self.heartbeat = HeartbeatConsumer::new(now, id, HEARTBEAT_WINDOW);
                     None
                 }
