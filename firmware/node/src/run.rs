@@ -10,8 +10,9 @@ use crate::state::State;
 use bus::now;
 use bus::spec::Place;
 use firmware::maintenance::Kept;
-use firmware::{ConfigError, Node, NodeProcess, Port, Station};
+use firmware::{ConfigError, KnownDrives, Node, NodeProcess, Port, Station};
 use process::{End, Lateness, exit};
+use protocol::canopen::lss;
 use protocol::id::NodeId;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -67,7 +68,12 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
             format!("{} as effector {}: {error}", args.robot, args.effector),
         )
     };
-    let drives = args.robot.visit(args.track, Drives(&station));
+    let known = KnownDrives {
+        identities: &args.identities,
+        find: args.find_drives,
+        stored: args.stored_setup,
+    };
+    let drives = args.robot.visit(args.track, Drives(&station, &known));
     let drives = drives.map_err(wrong)?;
     let opened = ports::open(&args.place, args.robot, &drives, &mut |line| {
         printer.tell(line);
@@ -76,6 +82,7 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
     let state = State::open(args.state.as_deref(), args.robot)?;
     let build = Build {
         station: &station,
+        known: &known,
         state: &state,
         wrong: &wrong,
     };
@@ -107,21 +114,26 @@ fn unique_id() -> u64 {
     u64::from(std::process::id()) << 32 ^ u64::try_from(since.as_micros()).unwrap_or(0)
 }
 
-/// The ids of a robot's drives.
-struct Drives<'a>(&'a Station);
+/// The ids of a robot's drives, and that which the answers of layer setting look like where nodes are told apart by it.
+struct Drives<'a>(&'a Station, &'a KnownDrives<'a>);
 
 impl RobotVisitor for Drives<'_> {
     type Output = Result<Vec<u8>, ConfigError>;
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
         let config = self.0.config(robot.description().drive_buses())?;
-        Ok(config.drives.iter().map(|drive| drive.id.get()).collect())
+        let config = config.with_drives(self.1)?;
+        let drives = config.drives.iter().map(|drive| drive.id.get());
+        let layer = self.1.find || !self.1.identities.is_empty();
+        let [answers, _] = lss::SLAVE_COB.to_le_bytes();
+        Ok(drives.chain(layer.then_some(answers & 0x7F)).collect())
     }
 }
 
 /// Makes the node of a robot.
 struct Build<'a, W> {
     station: &'a Station,
+    known: &'a KnownDrives<'a>,
     state: &'a State,
     wrong: &'a W,
 }
@@ -134,6 +146,7 @@ impl<W: Fn(ConfigError) -> End> RobotVisitor for Build<'_, W> {
         R: Robot<N> + Copy + Debug + Send + Sync + 'static,
     {
         let config = self.station.config(robot.description().drive_buses());
+        let config = config.and_then(|config| config.with_drives(self.known));
         let node = config.and_then(|config| Node::new(now(), robot, config));
         let keeper = self.state.keeper(N)?;
         Ok(Box::new(Kept::new(node.map_err(self.wrong)?, keeper)))
