@@ -175,9 +175,7 @@ pub struct SimDrive {
     outbox: Vec<Frame>,
     poll_at_ns: u64,
     silent: bool,
-    /// Was its node id taken by a fault that is still in?
-    blank: bool,
-    layer_answer: Option<(u64, [u8; 8])>,
+    layer: layer::Layer,
     can: State,
     // Operation
     power: Power,
@@ -263,8 +261,7 @@ impl SimDrive {
             outbox: Vec::with_capacity(8),
             poll_at_ns: 0,
             silent: false,
-            blank: false,
-            layer_answer: None,
+            layer: layer::Layer::default(),
             can: State::Active,
             power: Power::NotReady,
             options: Options::default(),
@@ -368,10 +365,7 @@ impl SimDrive {
             )
             | None => None,
         };
-        let blank = fault == Some(DriveFault::Blank);
-        if !core::mem::replace(&mut self.blank, blank) && blank {
-            self.lose_node();
-        }
+        self.set_blank(fault == Some(DriveFault::Blank));
     }
 
     /// Takes a frame from the bus; answers go to `out`. Foreign frames cost one table look-up.
