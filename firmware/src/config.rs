@@ -200,7 +200,7 @@ impl<const N: usize> NodeConfig<N> {
             digest.update(&force.number.force_cob().to_le_bytes());
             digest.update(&[force.bus]);
         }
-        for (axis, identity) in (0_u8..).zip(&self.identities) {
+        for (axis, identity) in (0_u8..8).zip(&self.identities) {
             let parts = identity.map(Identity::parts);
             for part in parts.iter().flatten() {
                 digest.update(&[axis]);

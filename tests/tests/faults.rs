@@ -70,6 +70,7 @@ fn named(scratch: &Scratch, serial: u32) -> std::path::PathBuf {
     let file = scratch.path("task.toml");
     let text = format!(
         r#"
+        title = "A named drive"
         [[cell.robot]]
         kind = "irp6-postument"
         identities = [{{ axis = 3, vendor = 0, product = 402, revision = 0x10000, serial = {serial} }}]

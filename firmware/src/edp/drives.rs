@@ -123,7 +123,7 @@ impl<const N: usize> Drives<N> {
 
     /// What was found out about who a drive is, since the last call: [`Event::DriveFound`].
     pub fn take_news(&mut self) -> Option<Event> {
-        let of_axes = (0_u8..).zip(&mut self.links);
+        let of_axes = (0_u8..8).zip(&mut self.links);
         let mut of_axes = of_axes.filter_map(|(axis, link)| link.take_news(axis));
         of_axes
             .next()
@@ -170,7 +170,9 @@ impl<const N: usize> Drives<N> {
             link.poll(now, tx);
         }
         for layer in &mut self.layers {
-            layer.poll(now, &mut self.links, tx);
+            if let Some((port, frame)) = layer.poll(now, &mut self.links) {
+                tx(port, frame);
+            }
         }
     }
 

@@ -446,11 +446,6 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         None => Vec::new(),
         Some(value) => identities(&value, kind)?,
     };
-    let yes = |key| match fields.optional(key) {
-        None => Ok(false),
-        Some(value) => value.boolean(),
-    };
-    let (find_drives, stored_setup) = (yes("find_drives")?, yes("stored_setup")?);
     Ok(RobotSpec {
         name,
         kind,
@@ -463,9 +458,17 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         fast_drives,
         force_bus,
         identities,
-        find_drives,
-        stored_setup,
+        find_drives: is_set(&fields, "find_drives")?,
+        stored_setup: is_set(&fields, "stored_setup")?,
     })
+}
+
+/// Is it there, and true?
+fn is_set(fields: &Fields<'_, '_>, key: &'static str) -> Result<bool, DataError> {
+    match fields.optional(key) {
+        None => Ok(false),
+        Some(value) => value.boolean(),
+    }
 }
 
 /// Which devices drives must be: `{ axis = 1, vendor = 0, product = 402, revision = 0x10000, serial = 17 }`, at most one

@@ -13,6 +13,7 @@ use protocol::canopen::lss::master::{Master, Outcome, Progress, Task};
 use protocol::frame::Frame;
 use protocol::message::{DriveFinding, Event};
 use protocol::time::Micros;
+use protocol::units::MAX_AXES;
 
 /// Whether there are drives without node id is asked so often while some have not booted.
 const ASK_PERIOD: Micros = Micros::from_millis(100);
@@ -65,18 +66,16 @@ impl Layer {
     }
 
     /// What is due: at most one frame.
-    pub(super) fn poll(
-        &mut self,
-        now: Micros,
-        links: &mut [DriveLink],
-        tx: &mut impl FnMut(Port, Frame),
-    ) {
+    // once for all robots: it is not small
+    #[inline(never)]
+    pub(super) fn poll(&mut self, now: Micros, links: &mut [DriveLink]) -> Option<(Port, Frame)> {
         match self.master.poll(now) {
-            Progress::Send(frame) => tx(Port::Drives(self.bus), frame),
+            Progress::Send(frame) => return Some((Port::Drives(self.bus), frame)),
             Progress::Wait => {}
             Progress::Done(outcome) => self.conclude(now, outcome, links),
             Progress::Idle => self.begin(now, links),
         }
+        None
     }
 
     fn begin(&mut self, now: Micros, links: &mut [DriveLink]) {
@@ -86,7 +85,7 @@ impl Layer {
             return;
         }
         if let Some(from) = self.turn {
-            let mut rest = links.iter().enumerate().skip(from);
+            let mut rest = (0..MAX_AXES).zip(&*links).filter(|(axis, _)| *axis >= from);
             let found = rest.find_map(|(axis, link)| Some((axis, link.wanted(bus)?)));
             self.turn = found.map(|(axis, _)| axis.saturating_add(1));
             if let Some((axis, task)) = found {
@@ -96,7 +95,7 @@ impl Layer {
         }
         let mut overdue = None;
         let mut waiting = false;
-        for (axis, link) in links.iter_mut().enumerate().filter(|(_, l)| here(l)) {
+        for (axis, link) in (0..MAX_AXES).zip(links.iter_mut()).filter(|(_, l)| here(l)) {
             let Some(since) = link.waits() else {
                 continue;
             };

@@ -186,6 +186,7 @@ impl Script {
     /// What object 1020 tells of this set-up, sub 1 and 2: the hash (FNV-1a, 64 bits) of every write's index, sub-index,
     /// length and value but for those that change in operation, its low half brought into the days and its high half into
     /// the milliseconds of a time of day (CiA 301), both from 1: 0 means that nothing is known.
+    #[inline(never)]
     pub(super) fn fingerprint(node: DriveId, setup: &AxisSetup) -> [u32; 2] {
         let setup = AxisSetup {
             stored: false,
@@ -216,6 +217,7 @@ impl Script {
     }
 
     /// The next write, `None` when the drive is configured.
+    #[inline(never)]
     pub(super) fn next(&mut self, node: DriveId, setup: &AxisSetup) -> Option<SetupWrite> {
         // one pass per section at most
         for _ in 0..8 {

@@ -135,6 +135,7 @@ impl DriveLink {
     }
 
     /// A question of identifying was answered.
+    #[inline(never)]
     pub(super) fn identified(&mut self, step: u8, ok: bool) {
         let Some(at) = question(&self.setup, step) else {
             return;
