@@ -115,12 +115,10 @@ impl Report {
             })) => {
                 let axis = axis.map(|axis| u16::from(axis) + 1);
                 let place = axis.map_or(String::new(), |axis| format!(", axis {axis}"));
-                let mut who = String::new();
-                for (word, identity) in [("expected", expected), ("got", got)] {
-                    if let Some(identity) = identity {
-                        who.push_str(&format!("; {word} {identity}"));
-                    }
-                }
+                let who = |word, identity: Option<DriveIdentity>| {
+                    identity.map_or(String::new(), |identity| format!("; {word} {identity}"))
+                };
+                let who = who("expected", expected) + &who("got", got);
                 self.tell(
                     now,
                     &format!("drive bus {bus}{place}: {finding}{who}"),

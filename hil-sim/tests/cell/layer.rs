@@ -153,7 +153,7 @@ impl Bench {
                         self.requests.push((cob, bytes));
                     }
                     self.robot.on_frame(bus, now_ns, &frame, &mut |sent| {
-                        back.push(drives(sent.frame))
+                        back.push(drives(sent.frame));
                     });
                 }
             }
