@@ -1,7 +1,9 @@
 //! What one node is told about itself; everything else follows from the robot's description.
 
 use crate::capacity::DRIVE_BUSES;
+use protocol::canopen::lss::Identity;
 use protocol::canopen::node::NodeId as DriveId;
+use protocol::canopen::sync::DEFAULT_COB;
 use protocol::force_torque::SensorNumber;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
@@ -23,6 +25,18 @@ pub struct ForceAddress {
     pub bus: u8,
     /// Its number there.
     pub number: SensorNumber,
+}
+
+/// What is known of the drives of a robot beyond where they are; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KnownDrives<'a> {
+    /// The device that the drive of an axis must be: the axis, from 0, and object 1018. One that has no node id is given
+    /// that of its axis, by the layer setting services.
+    pub identities: &'a [(u8, Identity)],
+    /// A drive without node id that no axis names is looked for, and told, if an axis' drive does not boot.
+    pub find: bool,
+    /// The drives store their set-up, and when the node starts they are given it only if object 1020 tells of another.
+    pub stored: bool,
 }
 
 /// A node's configuration.
@@ -49,6 +63,12 @@ pub struct NodeConfig<const N: usize> {
     pub velocity_factor: f64,
     /// The force sensor in the wrist, if there is one.
     pub force: Option<ForceAddress>,
+    /// [`KnownDrives::identities`], by axis.
+    pub identities: [Option<Identity>; N],
+    /// [`KnownDrives::find`]
+    pub find_drives: bool,
+    /// [`KnownDrives::stored`]
+    pub stored_setup: bool,
 }
 
 /// Why a configuration cannot be used.
@@ -70,6 +90,12 @@ pub enum ConfigError {
     ServoLaw,
     /// The fast profile for a drive beyond its slots.
     FastDrive {
+        /// The axis, from 0.
+        axis: u8,
+    },
+    /// Identities of drives are named for an axis that is none, twice, or on a bus that is not the node's own: two
+    /// masters of layer setting on one bus would answer for each other.
+    Identity {
         /// The axis, from 0.
         axis: u8,
     },
@@ -99,6 +125,10 @@ impl core::fmt::Display for ConfigError {
                 f,
                 "axis {axis}: the fast profile has 15 drives a bus, 10 with a torque offset"
             ),
+            Self::Identity { axis } => write!(
+                f,
+                "axis {axis}: an identity is for one axis of the robot, on buses of its own"
+            ),
             Self::DuplicateDrive { axis } => {
                 write!(f, "axis {axis}: its drive's id is taken on this bus")
             }
@@ -109,11 +139,33 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl<const N: usize> NodeConfig<N> {
+    /// The same with what is known of the drives.
+    ///
+    /// # Errors
+    /// [`ConfigError::Identity`]
+    pub fn with_drives(mut self, known: &KnownDrives<'_>) -> Result<Self, ConfigError> {
+        for (axis, identity) in known.identities {
+            let twice = self.identities.contains(&Some(*identity));
+            match self.identities.get_mut(usize::from(*axis)) {
+                Some(place) if place.is_none() && !twice => *place = Some(*identity),
+                Some(_) | None => return Err(ConfigError::Identity { axis: *axis }),
+            }
+        }
+        self.find_drives = known.find;
+        self.stored_setup = known.stored;
+        self.validate()?;
+        Ok(self)
+    }
+
     /// # Errors
     /// The first thing that is wrong.
     pub fn validate(&self) -> Result<(), ConfigError> {
         if !(self.velocity_factor > 0.0 && self.velocity_factor <= 1.0) {
             return Err(ConfigError::VelocityFactor);
+        }
+        let named = self.identities.iter().any(Option::is_some);
+        if (named || self.find_drives) && self.sync_cob != DEFAULT_COB {
+            return Err(ConfigError::Identity { axis: 0 });
         }
         for (k, drive) in self.drives.iter().enumerate() {
             let axis = u8::try_from(k).unwrap_or(u8::MAX);
@@ -147,6 +199,19 @@ impl<const N: usize> NodeConfig<N> {
             digest.update(b"force");
             digest.update(&force.number.force_cob().to_le_bytes());
             digest.update(&[force.bus]);
+        }
+        for (axis, identity) in (0_u8..8).zip(&self.identities) {
+            let parts = identity.map(Identity::parts);
+            for part in parts.iter().flatten() {
+                digest.update(&[axis]);
+                digest.update(&part.to_le_bytes());
+            }
+        }
+        if self.find_drives {
+            digest.update(b"find");
+        }
+        if self.stored_setup {
+            digest.update(b"stored");
         }
         digest.finalize()
     }

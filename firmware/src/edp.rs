@@ -37,7 +37,7 @@ use motion::interpolator::{Status, StopCause};
 use protocol::canopen::cia402::{Goal, Mode as DriveMode};
 use protocol::fault::{Cause, Fault, Reaction, Refusal};
 use protocol::frame::Frame;
-use protocol::message::{HomingPhase, NodeState, ServoLaw};
+use protocol::message::{Event as NodeEvent, HomingPhase, NodeState, ServoLaw};
 use protocol::time::Micros;
 use robots::{JointGuard, Motors, Robot};
 use synchronise::HomingRun;
@@ -193,6 +193,11 @@ impl<R: Robot<N> + Copy, const N: usize> Edp<R, N> {
             }
         }
         None
+    }
+
+    /// What was found out about who a drive is, since the last call.
+    pub fn take_drive_news(&mut self) -> Option<NodeEvent> {
+        self.drives.take_news()
     }
 
     /// What homing has to report since the last call.

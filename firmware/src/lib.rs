@@ -40,7 +40,7 @@ pub mod session;
 pub mod update;
 pub mod vsp;
 
-pub use config::{ConfigError, DriveAddress, NodeConfig};
+pub use config::{ConfigError, DriveAddress, KnownDrives, NodeConfig};
 pub use ecp::Ecp;
 pub use io::{Port, Received};
 pub use node::{Foreground, Node, NodeSetup};

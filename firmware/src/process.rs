@@ -133,6 +133,9 @@ impl Station {
             law: self.law,
             velocity_factor: self.velocity_factor,
             force: None,
+            identities: [None; N],
+            find_drives: false,
+            stored_setup: false,
         };
         config.validate()?;
         Ok(config)

@@ -82,11 +82,13 @@ pub enum DriveFault {
     SwitchStuck(bool),
     /// The encoder gives no index pulse.
     IndexMissing,
+    /// The drive starts anew and has lost its node id, the stored one too; it works when it is given one.
+    Blank,
 }
 
 impl DriveFault {
     /// Those that have a name on a command line.
-    pub const NAMED: [(&'static str, Self); 10] = [
+    pub const NAMED: [(&'static str, Self); 11] = [
         ("silent", Self::Silent),
         ("trip", Self::Trip(ErrorCode::HARDWARE)),
         (
@@ -112,6 +114,7 @@ impl DriveFault {
         ("switch-on", Self::SwitchStuck(true)),
         ("switch-off", Self::SwitchStuck(false)),
         ("no-index", Self::IndexMissing),
+        ("blank", Self::Blank),
     ];
 
     /// The fault of a name.
@@ -131,6 +134,7 @@ impl DriveFault {
             Self::SwitchStuck(true) => "switch-on",
             Self::SwitchStuck(false) => "switch-off",
             Self::IndexMissing => "no-index",
+            Self::Blank => "blank",
         }
     }
 }
@@ -171,6 +175,7 @@ pub struct SimDrive {
     outbox: Vec<Frame>,
     poll_at_ns: u64,
     silent: bool,
+    layer: layer::Layer,
     can: State,
     // Operation
     power: Power,
@@ -256,6 +261,7 @@ impl SimDrive {
             outbox: Vec::with_capacity(8),
             poll_at_ns: 0,
             silent: false,
+            layer: layer::Layer::default(),
             can: State::Active,
             power: Power::NotReady,
             options: Options::default(),
@@ -354,10 +360,12 @@ impl SimDrive {
                 DriveFault::Silent
                 | DriveFault::Encoder(_)
                 | DriveFault::SwitchStuck(_)
-                | DriveFault::IndexMissing,
+                | DriveFault::IndexMissing
+                | DriveFault::Blank,
             )
             | None => None,
         };
+        self.set_blank(fault == Some(DriveFault::Blank));
     }
 
     /// Takes a frame from the bus; answers go to `out`. Foreign frames cost one table look-up.

@@ -13,7 +13,7 @@ use core::str::FromStr;
 
 /// The text for who is to say what can be asked for.
 pub const EXPECTED: &str = "ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage, \
-     switch-on, switch-off, no-index or none, ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed, \
+     switch-on, switch-off, no-index, blank or none, ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed, \
      frozen, repeating, torn or none, or ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP, \
      wrecked:TAP or none";
 

@@ -30,12 +30,16 @@ mod encoder_faults;
 mod fast;
 #[path = "cell/force.rs"]
 mod force;
+#[path = "cell/layer.rs"]
+mod layer;
 #[path = "cell/quirks.rs"]
 mod quirks;
 #[path = "cell/runaway.rs"]
 mod runaway;
 #[path = "cell/scenario.rs"]
 mod scenario;
+#[path = "cell/stored.rs"]
+mod stored;
 
 const NODE: NodeId = match NodeId::effector(1) {
     Some(node) => node,

@@ -1,6 +1,6 @@
 //! Faults that are asked for on the command line: what the node says of them, and that nothing else ends the run.
 
-use mrroc_tests::binary;
+use mrroc_tests::binary::{self, Scratch};
 
 /// A move of a homed postument, with a fault in it.
 fn broken(fault: &str) -> binary::Output {
@@ -87,5 +87,62 @@ fn a_fault_that_cannot_be_is_one_line() {
         for word in words {
             assert!(output.stderr.contains(word), "{fault}: {}", output.stderr);
         }
+    }
+}
+
+/// A postument whose third drive must be this one, homed and moved.
+fn named(scratch: &Scratch, serial: u32) -> std::path::PathBuf {
+    let file = scratch.path("task.toml");
+    let text = format!(
+        r#"
+        title = "A named drive"
+        [[cell.robot]]
+        kind = "irp6-postument"
+        identities = [{{ axis = 3, vendor = 0, product = 402, revision = 0x10000, serial = {serial} }}]
+        [[step]]
+        home = ["irp6-postument"]
+        [[step]]
+        move = [{{ robot = "irp6-postument", joints = [0.1, -1.5, 0.1, 1.4, 1.2, -1.0], speed = 0.5 }}]
+    "#
+    );
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+#[test]
+fn a_blank_drive_that_is_named_is_given_its_node_id_and_the_robot_homes_and_moves() {
+    let scratch = Scratch::new("blank-drive");
+    let task = named(&scratch, 3);
+    let task = task.to_str().unwrap();
+    let blank = "irp6-postument/3:blank@0";
+    let output = binary::run(["run", task, "--fault", blank]);
+    assert_eq!(output.code, Some(0), "{output:?}");
+    let told = "drive bus 0, axis 3: its drive had no node id and was given one";
+    assert!(output.stderr.contains(told), "{}", output.stderr);
+    // without the fault nobody is given anything
+    let output = binary::run(["run", task]);
+    assert_eq!(output.code, Some(0), "{output:?}");
+    assert!(!output.stderr.contains("node id"), "{}", output.stderr);
+}
+
+#[test]
+fn a_blank_drive_that_is_another_is_refused_with_what_was_expected_and_what_there_is() {
+    let scratch = Scratch::new("wrong-drive");
+    let task = named(&scratch, 17);
+    let blank = "irp6-postument/3:blank@0";
+    let output = binary::run(["run", task.to_str().unwrap(), "--fault", blank]);
+    assert_ne!(output.code, Some(0), "{output:?}");
+    for words in [
+        "axis 3: no drive without node id has the identity named",
+        "serial 17)",
+        "drive bus 0: a drive without node id that no axis names",
+        "serial 3)",
+        "fault 42:",
+    ] {
+        assert!(
+            output.stderr.contains(words),
+            "no {words:?} in {}",
+            output.stderr
+        );
     }
 }

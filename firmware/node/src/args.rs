@@ -3,6 +3,7 @@
 use bus::spec::Place;
 use clap::{Parser, ValueEnum};
 use process::End;
+use protocol::canopen::lss::Identity;
 use protocol::id::NodeId;
 use protocol::message::ServoLaw;
 use robots::{RobotKind, TrackRule};
@@ -58,6 +59,16 @@ struct Raw {
     /// The force sensor in the wrist is on this drive bus, 0 or 1, as sensor 0; on a CAN interface on 0, as sensor J − 1
     #[arg(long, value_name = "BUS")]
     force_bus: Option<u8>,
+    /// The device that the drive of an axis must be; if it has no node id, the node gives it one. May be given several
+    /// times
+    #[arg(long, value_name = "AXIS=VENDOR:PRODUCT:REVISION:SERIAL", value_parser = named)]
+    drive: Vec<(u8, Identity)>,
+    /// Look for a drive without node id when an axis' drive does not boot, and tell its identity
+    #[arg(long)]
+    find_drives: bool,
+    /// The drives store their set-up, and are not given it again while it is the same
+    #[arg(long)]
+    stored_setup: bool,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -110,6 +121,12 @@ pub(crate) struct Args {
     pub(crate) fast_drives: bool,
     /// The drive bus of its force sensor, if it has one.
     pub(crate) force_bus: Option<u8>,
+    /// What the drives of axes, from 0, must be.
+    pub(crate) identities: Vec<(u8, Identity)>,
+    /// Strangers are looked for.
+    pub(crate) find_drives: bool,
+    /// The drives store their set-up.
+    pub(crate) stored_setup: bool,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// Where its state is kept.
@@ -164,10 +181,33 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
         },
         fast_drives: raw.fast_drives,
         force_bus: raw.force_bus,
+        identities: raw.drive,
+        find_drives: raw.find_drives,
+        stored_setup: raw.stored_setup,
         priority: raw.priority,
         state: raw.state,
         json: raw.json,
     })
+}
+
+/// `AXIS=VENDOR:PRODUCT:REVISION:SERIAL`, the axis from 1, each number decimal or hexadecimal (0x).
+fn named(text: &str) -> Result<(u8, Identity), String> {
+    let number = |text: &str| match text.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    let read = || {
+        let (axis, identity) = text.split_once('=')?;
+        let axis = axis.parse::<u8>().ok()?.checked_sub(1)?;
+        let parts: Vec<u32> = identity
+            .split(':')
+            .map_while(|part| number(part).ok())
+            .collect();
+        let count = identity.split(':').count();
+        let parts: [u32; 4] = parts.try_into().ok().filter(|_| count == 4)?;
+        Some((axis, Identity::from_parts(parts)))
+    };
+    read().ok_or_else(|| "expected like 3=0:402:0x10000:17, axes from 1".to_owned())
 }
 
 #[cfg(test)]
@@ -188,6 +228,34 @@ mod tests {
         let error = of("mrroc-node polycrank --bus hub --track in-front").unwrap_err();
         assert_eq!(error.code, exit::USAGE);
         assert!(of("mrroc-node irp6-track --bus hub --track behind").is_err());
+    }
+
+    #[test]
+    fn drives_are_named_by_axis_and_four_numbers() {
+        let args = "mrroc-node irp6-postument --bus hub --drive 3=0:402:0x10000:17 --drive 1=1:2:3:0xFFFFFFFF";
+        let args = of(args).unwrap();
+        let parts: Vec<_> = args
+            .identities
+            .iter()
+            .map(|(axis, who)| (*axis, who.parts()))
+            .collect();
+        assert_eq!(parts, [(2, [0, 402, 65_536, 17]), (0, [1, 2, 3, u32::MAX])]);
+        assert!(!args.find_drives && !args.stored_setup);
+        for wrong in [
+            "3",
+            "0=1:2:3:4",
+            "3=1:2:3",
+            "3=1:2:3:4:5",
+            "3=1:2:3:x",
+            "x=1:2:3:4",
+            "3=1:2:3:4294967296",
+        ] {
+            let end = of(&format!(
+                "mrroc-node irp6-postument --bus hub --drive {wrong}"
+            ))
+            .unwrap_err();
+            assert_eq!(end.code, exit::USAGE, "{wrong}");
+        }
     }
 
     #[test]

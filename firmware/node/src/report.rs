@@ -8,7 +8,7 @@ use protocol::fault::{Fault, Reaction};
 use protocol::frame::Frame;
 use protocol::id::NodeId;
 use protocol::link::{Endpoint, Message, Role};
-use protocol::message::{Event, Feedback, HomingPhase, NodeState};
+use protocol::message::{DriveIdentity, Event, Feedback, HomingPhase, NodeState};
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use robots::RobotKind;
@@ -104,6 +104,33 @@ impl Report {
                 printer.json(&json!({
                     "event": "homing", "t_s": now.as_secs_f64(), "robot": self.robot.name(),
                     "axis": axis, "phase": phase,
+                }));
+            }
+            Some(Message::Event(Event::DriveFound {
+                bus,
+                axis,
+                finding,
+                expected,
+                got,
+            })) => {
+                let axis = axis.map(|axis| u16::from(axis) + 1);
+                let place = axis.map_or(String::new(), |axis| format!(", axis {axis}"));
+                let who = |word, identity: Option<DriveIdentity>| {
+                    identity.map_or(String::new(), |identity| format!("; {word} {identity}"))
+                };
+                let who = who("expected", expected) + &who("got", got);
+                self.tell(
+                    now,
+                    &format!("drive bus {bus}{place}: {finding}{who}"),
+                    printer,
+                );
+                let numbers = |identity: Option<DriveIdentity>| {
+                    identity.map(|i| json!([i.vendor, i.product, i.revision, i.serial]))
+                };
+                printer.json(&json!({
+                    "event": "drive-found", "t_s": now.as_secs_f64(), "robot": self.robot.name(),
+                    "bus": bus, "axis": axis, "finding": format!("{finding:?}"),
+                    "expected": numbers(expected), "got": numbers(got),
                 }));
             }
             Some(Message::Event(Event::DriveReady { axis })) => {

@@ -11,8 +11,9 @@ use bus::now;
 use bus::spec::Place;
 use firmware::config::ForceAddress;
 use firmware::maintenance::Kept;
-use firmware::{ConfigError, Node, NodeProcess, Port, Station};
+use firmware::{ConfigError, KnownDrives, Node, NodeProcess, Port, Station};
 use process::{End, Lateness, exit};
+use protocol::canopen::lss;
 use protocol::id::NodeId;
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
@@ -73,7 +74,12 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
         address.map_err(|error| End::usage(format!("--force-bus {bus}: {}: {error}", args.robot)))
     });
     let force = force.transpose()?;
-    let drives = args.robot.visit(args.track, Drives(&station));
+    let known = KnownDrives {
+        identities: &args.identities,
+        find: args.find_drives,
+        stored: args.stored_setup,
+    };
+    let drives = args.robot.visit(args.track, Drives(&station, &known));
     let drives = drives.map_err(wrong)?;
     let opened = ports::open(&args.place, args.robot, &drives, force, &mut |line| {
         printer.tell(line);
@@ -94,6 +100,7 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
         station: &station,
         fast_drives: args.fast_drives,
         force,
+        known: &known,
         state: &state,
         wrong: &wrong,
     };
@@ -125,15 +132,19 @@ fn unique_id() -> u64 {
     u64::from(std::process::id()) << 32 ^ u64::try_from(since.as_micros()).unwrap_or(0)
 }
 
-/// The ids of a robot's drives.
-struct Drives<'a>(&'a Station);
+/// The ids of a robot's drives, and that which the answers of layer setting look like where nodes are told apart by it.
+struct Drives<'a>(&'a Station, &'a KnownDrives<'a>);
 
 impl RobotVisitor for Drives<'_> {
     type Output = Result<Vec<u8>, ConfigError>;
 
     fn visit<R: Robot<N>, const N: usize>(self, robot: R) -> Self::Output {
         let config = self.0.config(robot.description().drive_buses())?;
-        Ok(config.drives.iter().map(|drive| drive.id.get()).collect())
+        let config = config.with_drives(self.1)?;
+        let drives = config.drives.iter().map(|drive| drive.id.get());
+        let layer = self.1.find || !self.1.identities.is_empty();
+        let [answers, _] = lss::SLAVE_COB.to_le_bytes();
+        Ok(drives.chain(layer.then_some(answers & 0x7F)).collect())
     }
 }
 
@@ -142,6 +153,7 @@ struct Build<'a, W> {
     station: &'a Station,
     fast_drives: bool,
     force: Option<ForceAddress>,
+    known: &'a KnownDrives<'a>,
     state: &'a State,
     wrong: &'a W,
 }
@@ -154,6 +166,7 @@ impl<W: Fn(ConfigError) -> End> RobotVisitor for Build<'_, W> {
         R: Robot<N> + Copy + Debug + Send + Sync + 'static,
     {
         let config = self.station.config(robot.description().drive_buses());
+        let config = config.and_then(|config| config.with_drives(self.known));
         let node = config.and_then(|mut config| {
             config.fast_drives = self.fast_drives;
             config.force = self.force;

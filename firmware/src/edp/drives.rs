@@ -3,18 +3,22 @@
 //! Each [`DriveLink`] brings one CiA 402 drive from power-up to "operational" by a fixed script of
 //! SDO writes, then exchanges process data with it at every SYNC. It decides nothing about motion.
 
+mod layer;
 mod link;
 mod script;
 
 pub use link::{DriveLink, Task};
 pub use script::{AxisSetup, DRIVE_HEARTBEAT_MS};
 
+use crate::capacity::DRIVE_BUSES;
 use crate::config::DriveAddress;
 use crate::io::Port;
+use layer::Layer;
 use protocol::canopen::sync::SyncProducer;
-use protocol::canopen::{nmt, node::NodeId as DriveId};
+use protocol::canopen::{lss, nmt, node::NodeId as DriveId};
 use protocol::fault::Cause;
 use protocol::frame::{Frame, Id};
+use protocol::message::Event;
 use protocol::time::Micros;
 use protocol::units::MAX_AXES;
 
@@ -35,11 +39,16 @@ pub struct AxisActual {
 #[derive(Debug)]
 pub struct Drives<const N: usize> {
     links: [DriveLink; N],
+    /// The LSS master of each bus.
+    layers: [Layer; DRIVE_BUSES],
     sync: SyncProducer,
     master: DriveId,
     heartbeat: nmt::HeartbeatProducer,
     buses: u8,
 }
+
+/// A drive that has not booted in this time after a reset is missing: slow ones take 2 s.
+const BOOT_TIMEOUT: Micros = Micros::from_millis(3000);
 
 /// The period of the node's own heartbeat to its drives; they watch for three times that.
 pub const MASTER_HEARTBEAT: Micros = Micros::from_millis(100);
@@ -67,6 +76,7 @@ impl<const N: usize> Drives<N> {
             .unwrap_or(0);
         Self {
             links,
+            layers: layers(),
             sync: SyncProducer::new(sync_cob, 0),
             master,
             heartbeat: nmt::HeartbeatProducer::new(now, MASTER_HEARTBEAT),
@@ -90,6 +100,12 @@ impl<const N: usize> Drives<N> {
         let Id::Standard(cob) = frame.id() else {
             return;
         };
+        if cob == lss::SLAVE_COB {
+            if let Some(layer) = self.layers.get_mut(usize::from(bus)) {
+                layer.on_answer(frame.data());
+            }
+            return;
+        }
         let id = (cob & 0x7F) as u8;
         let at = |link: &&mut DriveLink| link.address().bus == bus && link.address().id.get() == id;
         if let Some(link) = self.links.iter_mut().find(at) {
@@ -102,6 +118,16 @@ impl<const N: usize> Drives<N> {
         for link in &mut self.links {
             link.restart(now);
         }
+        self.layers = layers();
+    }
+
+    /// What was found out about who a drive is, since the last call: [`Event::DriveFound`].
+    pub fn take_news(&mut self) -> Option<Event> {
+        let of_axes = (0_u8..8).zip(&mut self.links);
+        let mut of_axes = of_axes.filter_map(|(axis, link)| link.take_news(axis));
+        of_axes
+            .next()
+            .or_else(|| self.layers.iter_mut().find_map(Layer::take_stranger))
     }
 
     /// Send SYNC on every drive bus: drives latch their targets and sample their actual values.
@@ -143,6 +169,11 @@ impl<const N: usize> Drives<N> {
         for link in &mut self.links {
             link.poll(now, tx);
         }
+        for layer in &mut self.layers {
+            if let Some((port, frame)) = layer.poll(now, &mut self.links) {
+                tx(port, frame);
+            }
+        }
     }
 
     /// Are all drives configured and operational?
@@ -157,4 +188,14 @@ impl<const N: usize> Drives<N> {
             .zip(&self.links)
             .find_map(|(axis, link)| Some((axis, link.fault()?)))
     }
+}
+
+/// LSS masters that know nothing of their buses.
+fn layers() -> [Layer; DRIVE_BUSES] {
+    let mut bus = 0_u8;
+    [(); DRIVE_BUSES].map(|()| {
+        let layer = Layer::new(bus);
+        bus = bus.saturating_add(1);
+        layer
+    })
 }

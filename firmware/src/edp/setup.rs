@@ -84,7 +84,7 @@ impl<const N: usize> EdpSetup<N> {
         };
         let has_chain = robot.chain().is_some();
         let offset = |axis: &AxisDescription| has_chain && axis.is_direct();
-        let setup = Self {
+        let mut setup = Self {
             constants: Constants {
                 servo_step_s: period.as_secs_f64(),
                 period,
@@ -121,6 +121,9 @@ impl<const N: usize> EdpSetup<N> {
                 mode: mode.code(),
                 torque_offset: offset(axis),
                 slot: None,
+                identity: None,
+                find: config.find_drives,
+                stored: config.stored_setup,
             }),
             sync_cob: config.sync_cob,
             master: config.master,
@@ -128,6 +131,9 @@ impl<const N: usize> EdpSetup<N> {
             braking: Braking::new(&envelopes(description, factor, true)),
             velocity_factor: factor,
         };
+        for (script, identity) in setup.scripts.iter_mut().zip(config.identities) {
+            script.identity = identity;
+        }
         if config.fast_drives {
             setup.with_slots()
         } else {

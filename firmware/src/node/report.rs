@@ -52,6 +52,9 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         if let Some(axis) = self.edp.take_configured() {
             let _ = self.events.push_back(Event::DriveReady { axis });
         }
+        if let Some(event) = self.edp.take_drive_news() {
+            let _ = self.events.push_back(event);
+        }
         if let Some(progress) = self.edp.take_homing_progress() {
             let _ = self.events.push_back(Event::Homing {
                 axis: progress.axis,

@@ -4,7 +4,7 @@ use super::CellError;
 use crate::drive::quirk::Quirks;
 use crate::plant::parameters::{RobotSetup, robot};
 use firmware::config::ForceAddress;
-use firmware::{DriveAddress, Node, NodeProcess, Station};
+use firmware::{DriveAddress, KnownDrives, Node, NodeProcess, Station};
 use protocol::time::Micros;
 use robots::{Robot, RobotKind, RobotVisitor};
 
@@ -18,6 +18,8 @@ pub struct Wiring<'a> {
     pub fast: bool,
     /// The force sensor in the wrist, if there is one.
     pub force: Option<ForceAddress>,
+    /// What the node is told of its drives.
+    pub drives: KnownDrives<'a>,
 }
 
 impl<'a> Wiring<'a> {
@@ -28,6 +30,11 @@ impl<'a> Wiring<'a> {
             buses,
             fast: false,
             force: None,
+            drives: KnownDrives {
+                identities: &[],
+                find: false,
+                stored: false,
+            },
         }
     }
 
@@ -85,7 +92,8 @@ impl RobotVisitor for Build<'_> {
             expected: N,
             got: wiring.buses.len(),
         })?;
-        let mut config = self.station.config(buses).map_err(wrong)?;
+        let config = self.station.config(buses).map_err(wrong)?;
+        let mut config = config.with_drives(&wiring.drives).map_err(wrong)?;
         config.fast_drives = wiring.fast;
         config.force = wiring.force;
         let node = Node::new(self.now, robot, config).map_err(wrong)?;

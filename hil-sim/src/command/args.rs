@@ -51,11 +51,11 @@ struct Raw {
     seed: u64,
     /// What the drives do otherwise than the book: slow-boot, slow-answers, homing-never-reached,
     /// no-interpolation-period, tight-sync, homes-itself, emergency-before-boot-up, short-pdo,
-    /// flickering-fault
+    /// flickering-fault, forgets-node, slow-layer, no-verify-configuration
     #[arg(long, value_name = "QUIRK,…", value_delimiter = ',', value_parser = quirk)]
     quirk: Vec<Quirk>,
     /// What breaks when: ROBOT/AXIS:FAULT@SECONDS with silent, trip, frozen, jumping, reversed, drifting, garbage (its
-    /// encoder), switch-on, switch-off, no-index; ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed,
+    /// encoder), switch-on, switch-off, no-index, blank (its node id is lost); ROBOT/force:FAULT@SECONDS with silent, saturated, over-force, failed,
     /// frozen, repeating, torn; ROBOT.BUS:FAULT@SECONDS with stuck-dominant, short, cut:TAP (behind
     /// the node, 0, or the TAP-th drive), wrecked:TAP. `none` mends. Axes from 1, buses from 0, seconds from the
     /// start; may be given several times

@@ -8,7 +8,7 @@ use protocol::canopen::objects::{self, Access, COUNT, DataType, Initial, Mappabl
 use protocol::canopen::sdo::{Abort, Address, CAPACITY, ObjectAccess};
 
 use super::parameters::DriveParameters;
-use super::quirk::Quirk;
+use super::quirk::{Quirk, Quirks};
 use program::Program;
 
 /// "save", little-endian: the signature object 1010 wants.
@@ -28,8 +28,8 @@ pub(crate) struct Dictionary {
     pub(crate) energised: bool,
     /// Was an object written since [`Self::take_written`]?
     written: Option<Address>,
-    /// [`super::quirk::Quirk::NoInterpolationPeriod`].
-    without_interpolation: bool,
+    /// Of which some concern objects.
+    quirks: Quirks,
     /// Does the drive hang on a bus with CAN FD?
     fd: bool,
     /// Object 2000: now and stored.
@@ -82,7 +82,7 @@ impl Dictionary {
             defaults,
             energised: false,
             written: None,
-            without_interpolation: drive.quirks.has(Quirk::NoInterpolationPeriod),
+            quirks: drive.quirks,
             fd: drive.fd,
             note: [Vec::new(), Vec::new()],
             program: Program::default(),
@@ -183,7 +183,12 @@ impl Dictionary {
     }
 
     fn place(&self, at: Address) -> Result<usize, Abort> {
-        if self.without_interpolation && at.index == index::INTERPOLATION_PERIOD {
+        let lacking = match at.index {
+            index::INTERPOLATION_PERIOD => self.quirks.has(Quirk::NoInterpolationPeriod),
+            index::VERIFY_CONFIGURATION => self.quirks.has(Quirk::NoVerifyConfiguration),
+            _ => false,
+        };
+        if lacking {
             return Err(Abort::NoObject);
         }
         objects::find(at).ok_or(if objects::has_index(at.index) {

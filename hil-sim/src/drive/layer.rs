@@ -4,12 +4,32 @@ use protocol::canopen::lss::{self, Effect};
 use protocol::canopen::nmt::State;
 
 use super::SimDrive;
+use super::quirk::{Quirk, SLOW_LAYER_NS};
+
+/// What layer setting leaves to be done.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Layer {
+    /// Was its node identifier taken by a fault that is still in?
+    blank: bool,
+    /// A late answer, and when it is due, ns.
+    answer: Option<(u64, [u8; 8])>,
+}
 
 impl SimDrive {
     /// A request of the LSS master.
     pub(super) fn on_lss(&mut self, data: &[u8]) {
-        let (answer, effect) = self.lss.on_request(data);
-        if let Some(answer) = answer {
+        let before = self.lss;
+        let (mut answer, effect) = self.lss.on_request(data);
+        if effect == Some(Effect::Store) && self.p.quirks.has(Quirk::ForgetsNode) {
+            // nothing is stored: the error code of "not supported"
+            self.lss = before;
+            answer = answer.map(|[specifier, ..]| [specifier, 1, 0, 0, 0, 0, 0, 0]);
+        }
+        if self.p.quirks.has(Quirk::SlowLayer) {
+            self.layer.answer = answer
+                .map(|answer| (self.now_ns + SLOW_LAYER_NS, answer))
+                .or(self.layer.answer);
+        } else if let Some(answer) = answer {
             self.send(lss::SLAVE_COB, answer);
         }
         match effect {
@@ -31,6 +51,26 @@ impl SimDrive {
             )
             | None => {}
         }
+    }
+
+    /// A late answer to the LSS master, when it is due.
+    pub(super) fn answer_late(&mut self) {
+        if let Some((due, answer)) = self.layer.answer
+            && self.now_ns >= due
+        {
+            self.layer.answer = None;
+            self.send(lss::SLAVE_COB, answer);
+        }
+    }
+
+    /// When the fault comes it starts anew without a node identifier, as one that was never given any.
+    pub(super) fn set_blank(&mut self, blank: bool) {
+        if core::mem::replace(&mut self.layer.blank, blank) || !blank {
+            return;
+        }
+        self.lss = lss::Slave::new(super::identity(&self.od), None);
+        self.nmt = State::Initialising;
+        self.restart();
     }
 
     /// Reset: everything but the encoder's counter starts again, and the axis is let go. Without a node

@@ -223,6 +223,7 @@ impl SimDrive {
         let now = micros(self.now_ns);
         // On whole milliseconds, so that times do not depend on when the first poll came.
         self.poll_at_ns = (self.now_ns / MS + 1) * MS;
+        self.answer_late();
         if self.nmt == State::Initialising {
             if self.now_ns < self.boot_at_ns {
                 return;

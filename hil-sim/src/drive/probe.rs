@@ -1,6 +1,7 @@
 //! Touch probes 1 and 2: latch the position at an edge of a digital input, a switch, or the encoder's zero impulse.
 //!
 //! Positions are those at the end of the substep in which an edge is seen, 0.25 ms at most; the zero impulse has its own.
+//! Time stamps are always those of the end of the substep, on the drive's clock, which counts from power-up.
 
 use protocol::canopen::cia402::probe;
 
@@ -42,12 +43,13 @@ impl Source {
     }
 }
 
-/// One probe: its function byte, what was latched, in encoder counts, and how many edges were.
+/// One probe: its function byte, what was latched, in encoder counts and ns modulo 2³², and how many edges were.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Probe {
     function: u16,
     /// At the positive and the negative edge.
     latched: [Option<i64>; 2],
+    stamps: [u32; 2],
     edges: [u16; 2],
 }
 
@@ -58,13 +60,14 @@ impl Probe {
         let was_on = self.function & probe::ENABLE != 0;
         if !on || !was_on {
             self.latched = [None; 2];
+            self.stamps = [0; 2];
             self.edges = [0; 2];
         }
         self.function = function;
     }
 
-    /// An edge, 0 positive or 1 negative, of its source at `count`.
-    fn on_edge(&mut self, edge: usize, count: i64) {
+    /// An edge, 0 positive or 1 negative, of its source at `count`, stamped so.
+    fn on_edge(&mut self, edge: usize, count: i64, stamp: u32) {
         let wanted = [probe::POSITIVE_EDGE, probe::NEGATIVE_EDGE][edge];
         if self.function & probe::ENABLE == 0 || self.function & wanted == 0 {
             return;
@@ -72,6 +75,7 @@ impl Probe {
         self.edges[edge] = self.edges[edge].wrapping_add(1);
         if self.function & probe::CONTINUOUS != 0 || self.latched[edge].is_none() {
             self.latched[edge] = Some(count);
+            self.stamps[edge] = stamp;
         }
     }
 
@@ -88,6 +92,8 @@ impl Probe {
 pub(super) struct Probes {
     each: [Probe; 2],
     before: Signals,
+    /// The drive's clock, ns modulo 2³².
+    clock: u32,
 }
 
 impl Probes {
@@ -106,14 +112,14 @@ impl Probes {
                 Some(Source::Index) => {
                     // the ideal pulse has no width: both edges lie at the same count
                     if let Some(count) = index {
-                        one.on_edge(0, count);
-                        one.on_edge(1, count);
+                        one.on_edge(0, count, self.clock);
+                        one.on_edge(1, count, self.clock);
                     }
                 }
                 Some(Source::Level(level)) => {
                     match (self.before.levels[level], now.levels[level]) {
-                        (false, true) => one.on_edge(0, count),
-                        (true, false) => one.on_edge(1, count),
+                        (false, true) => one.on_edge(0, count, self.clock),
+                        (true, false) => one.on_edge(1, count, self.clock),
                         (false, false) | (true, true) => {}
                     }
                 }
@@ -157,6 +163,8 @@ impl SimDrive {
             self.probes.before = signals;
             return false;
         }
+        let [a, b, c, d, ..] = self.now_ns.to_le_bytes();
+        self.probes.clock = u32::from_le_bytes([a, b, c, d]);
         let sources =
             [slots::PROBE_SOURCE_1, slots::PROBE_SOURCE_2].map(|slot| self.od.signed(slot));
         self.probes
@@ -171,20 +179,21 @@ impl SimDrive {
             [slots::TOUCH_PROBE_POSITIVE, slots::TOUCH_PROBE_NEGATIVE],
             [slots::TOUCH_PROBE_2_POSITIVE, slots::TOUCH_PROBE_2_NEGATIVE],
         ];
+        let stamps = [
+            [slots::PROBE_1_POSITIVE_TIME, slots::PROBE_1_NEGATIVE_TIME],
+            [slots::PROBE_2_POSITIVE_TIME, slots::PROBE_2_NEGATIVE_TIME],
+        ];
         let counters = [
             [slots::PROBE_1_POSITIVE_EDGES, slots::PROBE_1_NEGATIVE_EDGES],
             [slots::PROBE_2_POSITIVE_EDGES, slots::PROBE_2_NEGATIVE_EDGES],
         ];
-        for (one, (places, counters)) in self
-            .probes
-            .each
-            .iter()
-            .zip(places.into_iter().zip(counters))
-        {
+        let slots = places.into_iter().zip(stamps).zip(counters);
+        for (one, ((places, stamps), counters)) in self.probes.each.iter().zip(slots) {
             for edge in 0..2 {
                 let units = one.latched[edge].map_or(0, |count| self.scale.units(count));
                 self.od
                     .set_signed(places[edge], protocol::units::modulo(units));
+                self.od.set(stamps[edge], one.stamps[edge]);
                 self.od.set(counters[edge], u32::from(one.edges[edge]));
             }
         }

@@ -28,11 +28,17 @@ pub enum Quirk {
     ShortPdo = 1 << 7,
     /// The fault bit of its statusword comes and goes with every SYNC.
     FlickeringFault = 1 << 8,
+    /// It does not store a node id that it is given by layer setting.
+    ForgetsNode = 1 << 9,
+    /// Its answers to the master of layer setting come 30 ms late.
+    SlowLayer = 1 << 10,
+    /// It does not know of object 1020.
+    NoVerifyConfiguration = 1 << 11,
 }
 
 impl Quirk {
     /// Every quirk.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::SlowBoot,
         Self::SlowAnswers,
         Self::HomingNeverReached,
@@ -42,6 +48,9 @@ impl Quirk {
         Self::EmergencyBeforeBootUp,
         Self::ShortPdo,
         Self::FlickeringFault,
+        Self::ForgetsNode,
+        Self::SlowLayer,
+        Self::NoVerifyConfiguration,
     ];
 
     /// Its name on a command line.
@@ -57,6 +66,9 @@ impl Quirk {
             Self::EmergencyBeforeBootUp => "emergency-before-boot-up",
             Self::ShortPdo => "short-pdo",
             Self::FlickeringFault => "flickering-fault",
+            Self::ForgetsNode => "forgets-node",
+            Self::SlowLayer => "slow-layer",
+            Self::NoVerifyConfiguration => "no-verify-configuration",
         }
     }
 
@@ -110,6 +122,8 @@ pub(super) enum OwnHoming {
 const SLOW_BOOT_NS: u64 = 2000 * MS;
 /// [`Quirk::SlowAnswers`].
 const SLOW_ANSWER_NS: u64 = 10 * MS;
+/// [`Quirk::SlowLayer`].
+pub(super) const SLOW_LAYER_NS: u64 = 30 * MS;
 /// [`Quirk::TightSync`]: two periods and half a one of grace.
 const TIGHT_HALF_PERIODS: u64 = 5;
 

@@ -221,7 +221,7 @@ impl SimRobot {
             Some(DriveFault::Encoder(wrong)) => broken.encoder = Some(wrong),
             Some(DriveFault::SwitchStuck(level)) => broken.switch = Some(level),
             Some(DriveFault::IndexMissing) => broken.index = true,
-            Some(DriveFault::Trip(_) | DriveFault::Silent) | None => {}
+            Some(DriveFault::Trip(_) | DriveFault::Silent | DriveFault::Blank) | None => {}
         }
         plant.set_broken(broken);
         on_bus.injected = fault;

@@ -52,6 +52,10 @@ fn each_quirk_is_survived_or_refused_with_its_cause() {
             | Quirk::SlowAnswers
             | Quirk::HomingNeverReached
             | Quirk::TightSync
+            // nobody asks for it, nobody sets a layer of drives that have node ids
+            | Quirk::NoVerifyConfiguration
+            | Quirk::ForgetsNode
+            | Quirk::SlowLayer
             | Quirk::EmergencyBeforeBootUp => None,
             // without the period the drive would interpolate wrongly
             Quirk::NoInterpolationPeriod => Some(Cause::DriveConfiguration),

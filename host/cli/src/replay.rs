@@ -12,7 +12,7 @@ mod test;
 
 use crate::commands::{Asked, Cli};
 use crate::run::coordinated;
-use crate::world::{force_address, stations};
+use crate::world::{force_address, known_drives, stations};
 use clap::Args;
 use comparison::{Comparison, shown};
 use hil_sim::cell::Wiring;
@@ -197,6 +197,7 @@ fn nodes(
             buses: &bus_of_axis,
             fast: robot.fast_drives,
             force: force_address(robot),
+            drives: known_drives(robot),
         };
         let node = NodeReplay::new(robot.kind, &station, numbers, (bus, &wiring))
             .map_err(|error| Error::Internal(error.to_string()))?;

@@ -77,6 +77,9 @@ impl Reporter {
                 What::Fault { robot, fault } => {
                     Self::line(now, &format!("{}: {}", name(*robot), fault_text(fault)));
                 }
+                What::DriveFound { robot, found } => {
+                    Self::line(now, &format!("{}: {found}", name(*robot)));
+                }
                 What::Lost { robot } => {
                     Self::line(now, &format!("{}: its node is silent", name(*robot)));
                 }

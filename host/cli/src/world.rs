@@ -6,8 +6,8 @@ use bus::hub::HubClient;
 use bus::spec::Place;
 use bus::wire::{Kind, Statistics};
 use bus::{Bus, BusError, Hears, open_can};
-use firmware::Station;
 use firmware::config::ForceAddress;
+use firmware::{KnownDrives, Station};
 use hil_sim::cell::{Cell as SimCell, CellError, Observer, Wiring};
 use hil_sim::fault::FaultSpec;
 use hil_sim::plant::contact::{Obstacle, Plate, Tip};
@@ -95,6 +95,7 @@ impl Virtual {
                 buses: &bus_of_axis,
                 fast: robot.fast_drives,
                 force,
+                drives: known_drives(robot),
             };
             let added = sim.add(robot.kind, &station, &wiring, seed);
             added.map_err(|e: CellError| internal(&e))?;
@@ -157,6 +158,15 @@ pub(crate) fn stations(
         }
         (station, bus_of_axis)
     })
+}
+
+/// What the node of a robot is told of its drives.
+pub(crate) fn known_drives(robot: &RobotSpec) -> KnownDrives<'_> {
+    KnownDrives {
+        identities: &robot.identities,
+        find: robot.find_drives,
+        stored: robot.stored_setup,
+    }
 }
 
 /// The force sensor of a robot: the first of its bus, which is one of the drives' or the next.

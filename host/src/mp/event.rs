@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use protocol::fault::Fault;
-use protocol::message::{HomingPhase, NodeState, StopKind};
+use protocol::message::{DriveFinding, DriveIdentity, HomingPhase, NodeState, StopKind};
 use protocol::time::Micros;
 
 /// Something that happened, and when (bus time).
@@ -62,6 +62,13 @@ pub enum What {
         /// Which axis.
         axis: u8,
     },
+    /// Something was found out about who a drive is.
+    DriveFound {
+        /// Which robot.
+        robot: usize,
+        /// What, where, and which identities.
+        found: DriveFound,
+    },
     /// Homing of an axis entered a phase.
     Homing {
         /// Which robot.
@@ -92,4 +99,35 @@ pub enum What {
         /// Why.
         failure: Failure,
     },
+}
+
+/// What a node has found out about who a drive is; `Display` is one line, with the axis counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriveFound {
+    /// The drive bus, from 0.
+    pub bus: u8,
+    /// The axis, from 0; none of a drive that no axis names.
+    pub axis: Option<u8>,
+    /// What.
+    pub finding: DriveFinding,
+    /// The identity that is named for the axis.
+    pub expected: Option<DriveIdentity>,
+    /// The identity that was read.
+    pub got: Option<DriveIdentity>,
+}
+
+impl core::fmt::Display for DriveFound {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "drive bus {}", self.bus)?;
+        if let Some(axis) = self.axis {
+            write!(f, ", axis {}", u16::from(axis) + 1)?;
+        }
+        write!(f, ": {}", self.finding)?;
+        match (&self.expected, &self.got) {
+            (Some(expected), Some(got)) => write!(f, " (expected {expected}; got {got})"),
+            (Some(expected), None) => write!(f, " ({expected})"),
+            (None, Some(got)) => write!(f, " ({got})"),
+            (None, None) => Ok(()),
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! What arrives, and what it changes in the images.
 
 use super::Mp;
-use super::event::{Event, What};
+use super::event::{DriveFound, Event, What};
 use super::failure::Failure;
 use super::robot::{Image, Link};
 use protocol::link::{Incoming, Message};
@@ -126,6 +126,22 @@ impl Mp {
                 image.drives_ready |= 1_u8.checked_shl(u32::from(axis)).unwrap_or(0);
                 What::DriveReady { robot, axis }
             }
+            NodeEvent::DriveFound {
+                bus,
+                axis,
+                finding,
+                expected,
+                got,
+            } => What::DriveFound {
+                robot,
+                found: DriveFound {
+                    bus,
+                    axis,
+                    finding,
+                    expected,
+                    got,
+                },
+            },
             // told by the feedback as well, and reported when that arrives
             NodeEvent::Fault(_) => return,
         };

@@ -8,6 +8,7 @@ use crate::input::{DataError, Files, LoadError, Problem, shown};
 use motion::pose::Pose;
 use nalgebra::Vector3;
 use protocol::budget::Rates;
+use protocol::canopen::lss::Identity;
 use protocol::message::{MAX_NAME, ServoLaw};
 use robots::{RobotKind, TrackRule};
 use std::path::Path;
@@ -55,6 +56,12 @@ pub struct RobotSpec {
     pub fast_drives: bool,
     /// Index in [`Cell::buses`] of the bus of the force sensor in the wrist, number 0 there; of one that has one.
     pub force_bus: Option<usize>,
+    /// The devices that drives of axes, from 0, must be; those without node id are given that of their axis.
+    pub identities: Vec<(u8, Identity)>,
+    /// A drive without node id that no axis names is looked for, and told.
+    pub find_drives: bool,
+    /// The drives store their set-up.
+    pub stored_setup: bool,
 }
 
 impl RobotSpec {
@@ -167,6 +174,9 @@ impl Cell {
                 drives,
                 fast_drives: false,
                 force_bus: None,
+                identities: Vec::new(),
+                find_drives: false,
+                stored_setup: false,
             });
         }
         cell
@@ -385,6 +395,9 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
             "drives",
             "fast_drives",
             "force_bus",
+            "identities",
+            "find_drives",
+            "stored_setup",
         ],
     )?;
     let kinds = RobotKind::ALL.map(|kind| (kind.name(), kind));
@@ -429,6 +442,10 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         None => None,
         Some(value) => Some(force_bus(cell, &value, kind, &drives)?),
     };
+    let identities = match fields.optional("identities") {
+        None => Vec::new(),
+        Some(value) => identities(&value, kind)?,
+    };
     Ok(RobotSpec {
         name,
         kind,
@@ -440,7 +457,57 @@ fn robot(cell: &mut Cell, value: &Value<'_, '_>) -> Result<RobotSpec, DataError>
         drives,
         fast_drives,
         force_bus,
+        identities,
+        find_drives: is_set(&fields, "find_drives")?,
+        stored_setup: is_set(&fields, "stored_setup")?,
     })
+}
+
+/// Is it there, and true?
+fn is_set(fields: &Fields<'_, '_>, key: &'static str) -> Result<bool, DataError> {
+    match fields.optional(key) {
+        None => Ok(false),
+        Some(value) => value.boolean(),
+    }
+}
+
+/// Which devices drives must be: `{ axis = 1, vendor = 0, product = 402, revision = 0x10000, serial = 17 }`, at most one
+/// an axis, and each device once.
+fn identities(value: &Value<'_, '_>, kind: RobotKind) -> Result<Vec<(u8, Identity)>, DataError> {
+    let mut found: Vec<(u8, Identity)> = Vec::new();
+    let axes = kind.axes() as u64;
+    for one in value.list()? {
+        let fields = one.fields(
+            "an identity",
+            &["axis", "vendor", "product", "revision", "serial"],
+        )?;
+        let axis = fields.required("axis")?;
+        let number = axis.integer(&format!("1 to {axes}"), |axis| (1..=axes).contains(&axis))?;
+        let part = |key| -> Result<u32, DataError> {
+            let greatest = u64::from(u32::MAX);
+            let part = fields.required(key)?;
+            let part = part.integer("0 to 0xFFFFFFFF", |part| part <= greatest)?;
+            Ok(u32::try_from(part).unwrap_or(u32::MAX))
+        };
+        let identity = Identity {
+            vendor: part("vendor")?,
+            product: part("product")?,
+            revision: part("revision")?,
+            serial: part("serial")?,
+        };
+        let index = u8::try_from(number - 1).unwrap_or(u8::MAX);
+        let taken = |(axis, other): &(u8, Identity)| *axis == index || *other == identity;
+        if found.iter().any(taken) {
+            return Err(one.error(
+                Problem::Conflict,
+                "an identity of two axes, or an axis of two identities",
+                "each once",
+                format!("axis {number}, serial {}", identity.serial),
+            ));
+        }
+        found.push((index, identity));
+    }
+    Ok(found)
 }
 
 /// Where a robot on a track has its track.

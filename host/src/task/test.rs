@@ -517,3 +517,46 @@ proptest! {
         prop_assert!(Task::parse(&text).is_err());
     }
 }
+
+#[test]
+fn drives_are_named_once_each() {
+    let cell = |identities: &str| {
+        Cell::parse(&format!(
+            "[[robot]]\nkind = \"irp6-postument\"\nfind_drives = true\nstored_setup = true\nidentities = [{identities}]"
+        ))
+    };
+    let one = |axis: u8, serial: u32| {
+        format!(
+            "{{ axis = {axis}, vendor = 1, product = 402, revision = 0x10000, serial = {serial} }},"
+        )
+    };
+    let robot = &cell(&(one(3, 17) + &one(1, 18))).unwrap().robots[0];
+    let serials: Vec<_> = robot
+        .identities
+        .iter()
+        .map(|(axis, who)| (*axis, who.serial))
+        .collect();
+    assert_eq!(serials, [(2, 17), (0, 18)]);
+    assert!(robot.find_drives && robot.stored_setup);
+    for (wrong, word) in [
+        (one(0, 17), "1 to 6"),
+        (one(7, 17), "1 to 6"),
+        (one(3, 17) + &one(3, 18), "each once"),
+        (one(3, 17) + &one(4, 17), "each once"),
+        (
+            "{ axis = 3, vendor = 1, product = 402, revision = 1 }".into(),
+            "serial",
+        ),
+        (
+            "{ axis = 3, vendor = 1, product = 402, revision = 1, serial = 4294967296 }".into(),
+            "0xFFFFFFFF",
+        ),
+        (
+            "{ axis = 3, vendor = 1, product = 402, revision = 1, serial = -1 }".into(),
+            "0xFFFFFFFF",
+        ),
+    ] {
+        let text = cell(&wrong).unwrap_err().to_string();
+        assert!(text.contains(word), "{wrong}: {text}");
+    }
+}

@@ -10,6 +10,7 @@
 //! [`SLAVE_COB`].
 
 mod fastscan;
+pub mod master;
 mod slave;
 
 pub use fastscan::{ANSWER_WINDOW, Fastscan, Scan};
@@ -75,6 +76,17 @@ impl Identity {
             product,
             revision,
             serial,
+        }
+    }
+}
+
+impl From<Identity> for crate::message::DriveIdentity {
+    fn from(identity: Identity) -> Self {
+        Self {
+            vendor: identity.vendor,
+            product: identity.product,
+            revision: identity.revision,
+            serial: identity.serial,
         }
     }
 }
@@ -247,5 +259,7 @@ const fn with_number(specifier: u8, number: u32, rest: [u8; 3]) -> [u8; 8] {
     [specifier, a, b, c, d, x, y, z]
 }
 
+#[cfg(test)]
+mod master_tests;
 #[cfg(test)]
 mod tests;

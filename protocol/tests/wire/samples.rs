@@ -2,10 +2,10 @@
 
 use protocol::fault::{Cause, Fault, PathProblem, Quantity, Refusal};
 use protocol::message::{
-    AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, Event, Feedback, HomingPhase,
-    Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE, PATH_BATCH, PathElement,
-    PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress, Reply, Request, ServoLaw, Space,
-    StopAll, StopKind, TimeSync, WireCondition,
+    AxisSpeeds, Command, Coordination, Corner, Decision, DemandTrace, DriveFinding, DriveIdentity,
+    Event, Feedback, HomingPhase, Identity, Instruction, KnotMessage, NodeState, OUTPUT_SPINDLE,
+    PATH_BATCH, PathElement, PoseMessage, PosePath, PoseReference, PoseSpeeds, Progress, Reply,
+    Request, ServoLaw, Space, StopAll, StopKind, TimeSync, WireCondition,
 };
 use protocol::time::Micros;
 
@@ -156,6 +156,34 @@ pub(super) fn events() -> Named<Event> {
         ("fault", Event::Fault(fault())),
         ("drive-ready", Event::DriveReady { axis: 6 }),
     ];
+    let identity = |serial| DriveIdentity {
+        vendor: 0xFFFF_FFFF,
+        product: 402,
+        revision: 0x0001_0000,
+        serial,
+    };
+    for (name, finding) in [
+        ("drive-found-given", DriveFinding::Given),
+        ("drive-found-not-stored", DriveFinding::NotStored),
+        ("drive-found-missing", DriveFinding::Missing),
+        ("drive-found-collision", DriveFinding::Collision),
+        ("drive-found-refused", DriveFinding::Refused { error: 1 }),
+        ("drive-found-elsewhere", DriveFinding::Elsewhere { node: 9 }),
+        ("drive-found-unnamed", DriveFinding::Unnamed),
+        ("drive-found-other", DriveFinding::Other),
+        ("drive-found-setup", DriveFinding::SetupNotStored),
+    ] {
+        events.push((
+            name,
+            Event::DriveFound {
+                bus: 1,
+                axis: (finding != DriveFinding::Unnamed).then_some(2),
+                finding,
+                expected: Some(identity(17)),
+                got: (finding == DriveFinding::Other).then_some(identity(18)),
+            },
+        ));
+    }
     for (name, phase) in [
         ("homing-coarse", HomingPhase::Coarse),
         ("homing-settle", HomingPhase::Settle),

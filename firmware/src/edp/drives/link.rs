@@ -1,7 +1,9 @@
 //! One drive.
 
-use super::AxisActual;
+mod who;
+
 use super::script::{AxisSetup, DRIVE_HEARTBEAT_MS, Script};
+use super::{AxisActual, BOOT_TIMEOUT};
 use crate::config::DriveAddress;
 use crate::io::Port;
 use protocol::canopen::axis::{self, Actual, Inputs, Target};
@@ -15,19 +17,16 @@ use protocol::canopen::pdo::Value;
 use protocol::canopen::sdo::{Address, Client, Outcome, Progress};
 use protocol::fault::Cause;
 use protocol::frame::Frame;
+use protocol::message::DriveFinding;
 use protocol::time::Micros;
+use who::{Search, question};
 
-/// A drive that has not booted in this time after a reset is missing: slow ones take 2 s.
-const BOOT_TIMEOUT: Micros = Micros::from_millis(3000);
 /// The drive's heartbeat may be missing for three of its periods.
 const HEARTBEAT_WINDOW: Micros = Micros::from_millis(3 * DRIVE_HEARTBEAT_MS as u64);
 /// SYNCs in a row without an answer with which the drive counts as silent.
 const SILENT_AFTER: u8 = 3;
-/// The object that says what a device is.
-const DEVICE_TYPE_INDEX: u16 = 0x1000;
-/// CiA 402 servo drive.
-const DEVICE_TYPE: u32 = 0x0002_0192;
-
+/// For how long a drive may store its set-up: a few hundred objects, one after the other.
+const STORE_TIMEOUT: Micros = Micros::from_millis(3000);
 /// An acyclic task for a drive in operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
@@ -63,13 +62,6 @@ enum Acyclic {
     SetOutputs(u16),
 }
 
-/// Values that every drive is asked for: (index, sub).
-const IDENTIFY: [(u16, u8); 3] = [
-    (DEVICE_TYPE_INDEX, 0),
-    (index::RATED_TORQUE, 0),
-    (index::DIGITAL_INPUTS, 0),
-];
-
 /// The node's view of one drive.
 #[derive(Debug)]
 pub struct DriveLink {
@@ -94,6 +86,9 @@ pub struct DriveLink {
     outputs: [u16; 2],
     /// In the fast profile: what the next group carries.
     grouped: Option<(u16, Target, Option<i16>)>,
+    search: Search,
+    /// As far as is known, it has stored the set-up that it would be given.
+    unchanged: bool,
 }
 
 impl DriveLink {
@@ -120,6 +115,8 @@ impl DriveLink {
             mode: setup.mode,
             outputs: [0; 2],
             grouped: None,
+            search: Search::default(),
+            unchanged: setup.stored,
         }
     }
 
@@ -216,9 +213,16 @@ impl DriveLink {
             self.address,
             AxisSetup {
                 mode: self.mode,
+                // what was stored is in force after a reset of the whole device only, which would forget where it stands
+                stored: false,
                 ..self.setup
             },
         );
+    }
+
+    /// Does it give torque?
+    pub(super) fn has_torque(&self) -> bool {
+        self.is_ready() && self.state() == Some(PowerState::OperationEnabled)
     }
 
     /// SYNCs in a row without an answer, the last one too.
@@ -347,27 +351,12 @@ impl DriveLink {
         let ok = matches!(outcome, Outcome::Downloaded(_) | Outcome::Uploaded(_));
         match &mut self.phase {
             Phase::Identifying { step } => {
-                let number = self.sdo.number().unwrap_or(0);
-                let accepted = ok
-                    && match *step {
-                        0 => number == DEVICE_TYPE,
-                        1 => {
-                            self.rated_torque_mnm = number;
-                            number > 0
-                        }
-                        _ => {
-                            self.inputs = number;
-                            true
-                        }
-                    };
-                *step = step.saturating_add(1);
-                if !accepted {
-                    self.phase = Phase::Failed(Cause::DriveConfiguration);
-                } else if usize::from(*step) >= IDENTIFY.len() {
-                    self.phase = Phase::Configuring {
-                        script: Script::new(),
-                    };
-                }
+                let step = *step;
+                self.identified(step, ok);
+            }
+            Phase::Configuring { script } if !ok && script.is_complete() => {
+                *script = Script::End;
+                self.search.news = Some(DriveFinding::SetupNotStored);
             }
             Phase::Configuring { .. } if !ok => {
                 self.phase = Phase::Failed(Cause::DriveConfiguration);
@@ -437,29 +426,37 @@ impl DriveLink {
             Phase::Booting {
                 reset_at: Some(since),
             } => {
-                if now.since(*since) > BOOT_TIMEOUT {
+                // one that layer setting looks for is given up by it
+                let looked_for = self.setup.find || self.setup.identity.is_some();
+                if now.since(*since) > BOOT_TIMEOUT && !looked_for {
                     self.phase = Phase::Failed(Cause::DriveHeartbeat);
                 }
                 None
             }
             Phase::Booting { reset_at } => {
                 *reset_at = Some(now);
-                tx(
-                    port,
-                    nmt::command_frame(nmt::Command::ResetCommunication, target),
-                );
+                let command = if self.setup.stored {
+                    nmt::Command::ResetNode
+                } else {
+                    nmt::Command::ResetCommunication
+                };
+                tx(port, nmt::command_frame(command, target));
                 None
             }
             Phase::Identifying { step } => {
-                let (index, sub) = *IDENTIFY.get(usize::from(*step))?;
-                self.sdo.upload(now, Address::new(index, sub)).ok()
+                let at = question(&self.setup, *step)?;
+                self.sdo.upload(now, at).ok()
             }
             Phase::Configuring { script } => {
                 if let Some(write) = script.next(id, &self.setup) {
+                    if write.at.index == index::STORE {
+                        self.sdo = Client::new(STORE_TIMEOUT);
+                    }
                     self.sdo.download(now, write.at, write.value.data()).ok()
                 } else {
                     tx(port, nmt::command_frame(nmt::Command::Start, target));
                     self.phase = Phase::Ready;
+                    self.sdo = Client::default();
                     self.heartbeat = HeartbeatConsumer::new(now, id, HEARTBEAT_WINDOW);
                     None
                 }

@@ -2,6 +2,7 @@
 
 use protocol::canopen::axis;
 use protocol::canopen::fast::Slot;
+use protocol::canopen::lss::Identity;
 use protocol::canopen::node::NodeId as DriveId;
 use protocol::canopen::objects::index;
 use protocol::canopen::pdo::{Direction, Setup, SetupWrite, Value};
@@ -29,6 +30,12 @@ pub struct AxisSetup {
     pub torque_offset: bool,
     /// Its slot in the fast profile.
     pub slot: Option<Slot>,
+    /// The device that it must be; it is given its node id if it has none.
+    pub identity: Option<Identity>,
+    /// Strangers without node id are looked for while it does not boot.
+    pub find: bool,
+    /// It stores its set-up, which is written again only if object 1020 tells of another one.
+    pub stored: bool,
 }
 
 impl Default for AxisSetup {
@@ -43,6 +50,9 @@ impl Default for AxisSetup {
             mode: 8,
             torque_offset: false,
             slot: None,
+            identity: None,
+            find: false,
+            stored: false,
         }
     }
 }
@@ -66,8 +76,27 @@ pub(super) enum Script {
     Rpdo2(Setup<'static>),
     Tpdo1(Setup<'static>),
     Tpdo2(Setup<'static>),
+    /// Object 1020 tells of this set-up, then it is stored.
+    Verify(u8),
+    Store,
+    /// Of a drive that has stored the set-up: what changes in operation.
+    Volatile(u8),
     End,
 }
+
+/// "save", little-endian: what object 1010 wants.
+const SAVE: u32 = u32::from_le_bytes(*b"save");
+/// More writes than any script has: 16 objects, four PDOs with at most nine.
+const WRITES: u8 = 96;
+/// The steps of objects that change in operation: touch probe and mode. They are no part of what is stored.
+const VOLATILE: [u8; 2] = [12, 13];
+/// Days of a time of day (CiA 301) have 16 bits, of which 0 is not used.
+const DAYS: u32 = 0xFFFF;
+/// Milliseconds of a day; 0 is not used.
+const MILLISECONDS: u32 = 86_400_000;
+/// FNV-1a, 64 bits.
+const FNV_OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01B3;
 
 /// 60C2: the interpolation period as value · 10^exponent seconds.
 fn interpolation_period(period: Micros) -> (u8, i8) {
@@ -144,10 +173,54 @@ impl Script {
         Self::Objects(0)
     }
 
+    /// For a drive that has stored the set-up.
+    pub(super) const fn of_stored() -> Self {
+        Self::Volatile(0)
+    }
+
+    /// Is the drive configured, whatever comes of what was written last?
+    pub(super) const fn is_complete(&self) -> bool {
+        matches!(self, Self::Verify(_) | Self::Store | Self::End)
+    }
+
+    /// What object 1020 tells of this set-up, sub 1 and 2: the hash (FNV-1a, 64 bits) of every write's index, sub-index,
+    /// length and value but for those that change in operation, its low half brought into the days and its high half into
+    /// the milliseconds of a time of day (CiA 301), both from 1: 0 means that nothing is known.
+    #[inline(never)]
+    pub(super) fn fingerprint(node: DriveId, setup: &AxisSetup) -> [u32; 2] {
+        let setup = AxisSetup {
+            stored: false,
+            ..*setup
+        };
+        let volatile = VOLATILE.map(|step| object(&setup, step).map(|write| write.at));
+        let mut hash = FNV_OFFSET;
+        let mut script = Self::new();
+        for _ in 0..WRITES {
+            let Some(SetupWrite { at, value }) = script.next(node, &setup) else {
+                break;
+            };
+            if volatile.contains(&Some(at)) {
+                continue;
+            }
+            let [low, high] = at.index.to_le_bytes();
+            let length = u8::try_from(value.data().len()).unwrap_or(u8::MAX);
+            for byte in [low, high, at.sub, length].iter().chain(value.data()) {
+                hash = (hash ^ u64::from(*byte)).wrapping_mul(FNV_PRIME);
+            }
+        }
+        let [a, b, c, d, e, f, g, h] = hash.to_le_bytes();
+        let (low, high) = (u32::from_le_bytes([a, b, c, d]), [e, f, g, h]);
+        [
+            low % DAYS + 1,
+            u32::from_le_bytes(high) % (MILLISECONDS - 1) + 1,
+        ]
+    }
+
     /// The next write, `None` when the drive is configured.
+    #[inline(never)]
     pub(super) fn next(&mut self, node: DriveId, setup: &AxisSetup) -> Option<SetupWrite> {
         // one pass per section at most
-        for _ in 0..6 {
+        for _ in 0..8 {
             let (write, after) = match self {
                 Self::Objects(step) => {
                     let write = object(setup, *step);
@@ -177,7 +250,41 @@ impl Script {
                     let next = Setup::new(Direction::Transmit, 2, axis::tpdo2(node), &axis::TPDO2);
                     (pdo.next(), Self::Tpdo2(next))
                 }
-                Self::Tpdo2(pdo) => (pdo.next(), Self::End),
+                Self::Tpdo2(pdo) => {
+                    let after = if setup.stored {
+                        Self::Verify(1)
+                    } else {
+                        Self::End
+                    };
+                    (pdo.next(), after)
+                }
+                Self::Verify(sub) => {
+                    let [date, time] = Self::fingerprint(node, setup);
+                    let value = match *sub {
+                        1 => Some(date),
+                        2 => Some(time),
+                        _ => None,
+                    };
+                    let at = Address::new(index::VERIFY_CONFIGURATION, *sub);
+                    *sub = sub.saturating_add(1);
+                    let write = value.map(|value| SetupWrite {
+                        at,
+                        value: Value::word(value),
+                    });
+                    (write, Self::Store)
+                }
+                Self::Store => {
+                    *self = Self::End;
+                    return Some(SetupWrite {
+                        at: Address::new(index::STORE, 1),
+                        value: Value::word(SAVE),
+                    });
+                }
+                Self::Volatile(number) => {
+                    let step = VOLATILE.get(usize::from(*number));
+                    *number = number.saturating_add(1);
+                    (step.and_then(|step| object(setup, *step)), Self::End)
+                }
                 Self::End => return None,
             };
             if write.is_some() {
@@ -190,14 +297,4 @@ impl Script {
 }
 
 #[cfg(test)]
-mod test {
-    use super::*;
-
-    #[test]
-    fn interpolation_periods() {
-        assert_eq!(interpolation_period(Micros(2000)), (2, -3));
-        assert_eq!(interpolation_period(Micros(1000)), (1, -3));
-        assert_eq!(interpolation_period(Micros(2500)), (25, -4));
-        assert_eq!(interpolation_period(Micros(250)), (25, -5));
-    }
-}
+mod test;

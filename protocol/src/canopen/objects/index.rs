@@ -162,6 +162,14 @@ pub const TOUCH_PROBE_2_POSITIVE: u16 = 0x60BC;
 pub const TOUCH_PROBE_2_NEGATIVE: u16 = 0x60BD;
 /// What triggers each touch probe.
 pub const TOUCH_PROBE_SOURCE: u16 = 0x60D0;
+/// When the latched positive edge of touch probe 1 was, ns of the drive's own clock modulo 2³².
+pub const PROBE_1_POSITIVE_TIME: u16 = 0x60D1;
+/// When the latched negative edge of touch probe 1 was, ns of the drive's own clock modulo 2³².
+pub const PROBE_1_NEGATIVE_TIME: u16 = 0x60D2;
+/// When the latched positive edge of touch probe 2 was, ns of the drive's own clock modulo 2³².
+pub const PROBE_2_POSITIVE_TIME: u16 = 0x60D3;
+/// When the latched negative edge of touch probe 2 was, ns of the drive's own clock modulo 2³².
+pub const PROBE_2_NEGATIVE_TIME: u16 = 0x60D4;
 /// Positive edges of touch probe 1.
 pub const PROBE_1_POSITIVE_EDGES: u16 = 0x60D5;
 /// Negative edges of touch probe 1.

@@ -9,7 +9,7 @@ use super::DataType::{I8, I16, I32, U8, U16, U32};
 use super::Mappable::{Both, No, Transmit};
 use super::Object;
 
-pub(super) const COUNT: usize = 95;
+pub(super) const COUNT: usize = 99;
 
 const METHODS: i64 = 9;
 const _: () = assert!(HomingMethod::ALL.len() == 9);
@@ -226,6 +226,43 @@ pub(super) const TABLE: [Object; COUNT] = [
     // 1, 2: probe inputs; 5: zero impulse; -1: home switch; -2, -3: limit switches.
     Object::number(0x60D0, 1, "Touch probe 1 source", I16, Write, No, 1).within(-3, 5),
     Object::number(0x60D0, 2, "Touch probe 2 source", I16, Write, No, 2).within(-3, 5),
+    // ns of the drive's own clock, modulo 2^32
+    Object::number(
+        0x60D1,
+        0,
+        "Touch probe 1 positive edge time stamp",
+        U32,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D2,
+        0,
+        "Touch probe 1 negative edge time stamp",
+        U32,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D3,
+        0,
+        "Touch probe 2 positive edge time stamp",
+        U32,
+        Read,
+        Transmit,
+        0,
+    ),
+    Object::number(
+        0x60D4,
+        0,
+        "Touch probe 2 negative edge time stamp",
+        U32,
+        Read,
+        Transmit,
+        0,
+    ),
     Object::number(
         0x60D5,
         0,
