@@ -280,7 +280,7 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         ecp: Option<&mut Ecp<R, N, P, W>>,
         tx: &mut impl FnMut(Port, Frame),
     ) {
-        if let Some(incoming) = self.link.receive(&received.frame, received.at) {
+        if let Some(incoming) = self.link.receive_at_node(&received.frame, received.at) {
             self.hear(now, &incoming, ecp, tx);
         }
     }

@@ -131,9 +131,29 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
     /// Takes one frame received at `now`; returns the message it completes, if it is valid and
     /// concerns this endpoint. Whatever else arrives is dropped and counted in
     /// [`Endpoint::statistics`].
+    pub fn receive(&mut self, frame: &Frame, now: Micros) -> Option<Incoming> {
+        self.receive_by(frame, now, read)
+    }
+
+    /// The same for a node: an image that only calls this has none of what others hear, 8 kB of decoders.
     // a frame of its own: what its caller does with the message must not lie below it on the stack
     #[inline(never)]
-    pub fn receive(&mut self, frame: &Frame, now: Micros) -> Option<Incoming> {
+    pub fn receive_at_node(&mut self, frame: &Frame, now: Micros) -> Option<Incoming> {
+        self.receive_by(frame, now, read_at_node)
+    }
+
+    #[inline]
+    fn receive_by(
+        &mut self,
+        frame: &Frame,
+        now: Micros,
+        read: impl FnOnce(
+            Kind,
+            &Transfer<'_>,
+            Option<u32>,
+            &mut Judge<'_, SESSIONS>,
+        ) -> Result<(Message, u8), Dropped>,
+    ) -> Option<Incoming> {
         let id = CanId::parse(frame.id())?;
         let (kind, to) = Kind::of(id.port)?;
         if id.source == self.node && self.role != Role::Observer {
@@ -146,12 +166,12 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
         }
         let transfer = self.receiver.accept(id, frame.data(), now)?;
         let lease = (self.role != Role::Observer).then_some(self.lease_epoch);
-        let judge = Judge {
+        let mut judge = Judge {
             checks: &mut self.checks,
             counters: &mut self.statistics.e2e,
             now,
         };
-        match read(kind, &transfer, lease, judge) {
+        match read(kind, &transfer, lease, &mut judge) {
             Ok((message, lost)) => Some(Incoming {
                 from: id.source,
                 received_at: transfer.received_at,
@@ -167,28 +187,20 @@ impl<const SESSIONS: usize> Endpoint<SESSIONS> {
     }
 }
 
-fn read<const SESSIONS: usize>(
+/// What a node hears.
+fn read_at_node<const SESSIONS: usize>(
     kind: Kind,
     transfer: &Transfer<'_>,
     lease: Option<u32>,
-    mut judge: Judge<'_, SESSIONS>,
+    judge: &mut Judge<'_, SESSIONS>,
 ) -> Result<(Message, u8), Dropped> {
-    let judge = &mut judge;
     match kind {
         Kind::Command => command(judge, transfer, lease),
-        Kind::Feedback => protected(judge, transfer, Message::Feedback),
         Kind::StopAll => protected(judge, transfer, Message::StopAll),
         Kind::TimeSync => protected(judge, transfer, Message::TimeSync),
-        Kind::DemandTrace => open(transfer, Message::DemandTrace),
-        Kind::Event => open(transfer, Message::Event),
-        Kind::Heartbeat => Ok((Message::Heartbeat(Heartbeat::parse(transfer.payload)), 0)),
         Kind::Request => service(judge, transfer, |transfer_id, request| Message::Request {
             transfer_id,
             request,
-        }),
-        Kind::Reply => service(judge, transfer, |transfer_id, reply| Message::Reply {
-            transfer_id,
-            reply,
         }),
         Kind::Maintenance => service(judge, transfer, |transfer_id, request| {
             Message::Maintenance {
@@ -196,13 +208,44 @@ fn read<const SESSIONS: usize>(
                 request,
             }
         }),
-        Kind::MaintenanceReply => service(judge, transfer, |transfer_id, reply| {
-            Message::MaintenanceReply { transfer_id, reply }
-        }),
         Kind::GetInfo => {
             let transfer_id = transfer.transfer_id;
             Ok((Message::GetInfo { transfer_id }, 0))
         }
+        Kind::Feedback
+        | Kind::DemandTrace
+        | Kind::Event
+        | Kind::Heartbeat
+        | Kind::Reply
+        | Kind::MaintenanceReply => Err(Dropped::Undecodable),
+    }
+}
+
+/// What anybody may hear.
+fn read<const SESSIONS: usize>(
+    kind: Kind,
+    transfer: &Transfer<'_>,
+    lease: Option<u32>,
+    judge: &mut Judge<'_, SESSIONS>,
+) -> Result<(Message, u8), Dropped> {
+    match kind {
+        Kind::Feedback => protected(judge, transfer, Message::Feedback),
+        Kind::DemandTrace => open(transfer, Message::DemandTrace),
+        Kind::Event => open(transfer, Message::Event),
+        Kind::Heartbeat => Ok((Message::Heartbeat(Heartbeat::parse(transfer.payload)), 0)),
+        Kind::Reply => service(judge, transfer, |transfer_id, reply| Message::Reply {
+            transfer_id,
+            reply,
+        }),
+        Kind::MaintenanceReply => service(judge, transfer, |transfer_id, reply| {
+            Message::MaintenanceReply { transfer_id, reply }
+        }),
+        Kind::Command
+        | Kind::StopAll
+        | Kind::TimeSync
+        | Kind::Request
+        | Kind::Maintenance
+        | Kind::GetInfo => read_at_node(kind, transfer, lease, judge),
     }
 }
 

@@ -41,7 +41,7 @@ mod app {
     use stm32g4::stm32g474::Interrupt;
 
     /// Memory of the node: a robot whose node is larger does not link.
-    const NODE_BYTES: usize = if SEVEN_AXES { 54 * 1024 } else { 48 * 1024 };
+    const NODE_BYTES: usize = if SEVEN_AXES { 56 * 1024 } else { 50 * 1024 };
     const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "polycrank"));
     /// Frames that wait for the node: those of 3 ms on two busy drive buses.
     const RECEIVED: usize = 24;

@@ -37,8 +37,8 @@ const CLOCK_HZ: u32 = 25_000_000;
 const TICK_US: u64 = 500;
 /// The same in clock cycles.
 const TICK_CYCLES: u32 = CLOCK_HZ / 1_000_000 * TICK_US as u32;
-/// Memory of the node: with six axes 48 kB; the 10 kB of rim are messages and the log.
-const NODE_BYTES: usize = if SEVEN_AXES { 54 * 1024 } else { 48 * 1024 };
+/// Memory of the node: with six axes 50 kB; the 10 kB of rim are messages and the log.
+const NODE_BYTES: usize = if SEVEN_AXES { 56 * 1024 } else { 50 * 1024 };
 /// Those that have seven.
 const SEVEN_AXES: bool = cfg!(any(feature = "irp6-track", feature = "polycrank"));
 
