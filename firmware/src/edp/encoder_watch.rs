@@ -187,10 +187,11 @@ mod test {
 
     proptest! {
         /// An axis that lags behind as one of first order does, a tenth of the way in a step, is well whatever is
-        /// demanded: it counts when the demand is ten increments away.
+        /// demanded: it counts when the demand is ten increments away. While it stands the demand may go from as far as a
+        /// step brings it back to ten increments on the other side: 75 + 21, of 100 that are found.
         #[test]
         fn a_lag_is_no_frozen_encoder(
-            steps in proptest::collection::vec(-100..100_i64, 1..300),
+            steps in proptest::collection::vec(-75..=75_i64, 1..300),
             share in 0.1..1.0_f64,
         ) {
             let (mut watch, mut demand, mut place) = (EncoderWatch::default(), 0_i64, 0.0_f64);

@@ -285,6 +285,8 @@ impl<R: Robot<N> + Copy, const N: usize> Foreground<R, N> {
         }
     }
 
+    // a frame of its own: what is received must not lie beside it on the stack
+    #[inline(never)]
     fn hear<P: Programs<N>, const W: usize>(
         &mut self,
         now: Micros,

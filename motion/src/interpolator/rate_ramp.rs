@@ -21,6 +21,8 @@ pub(crate) struct RateRamp {
     stop: AxisStop,
     /// e.
     bits: u32,
+    /// What is left of 2ᵉ and 2ⁿ µs in a derivative, 1/s.
+    per_s: f32,
 }
 
 impl RateRamp {
@@ -37,7 +39,12 @@ impl RateRamp {
             let beyond = beyond.checked_shl(e.checked_sub(RATE_BITS)?)?;
             Some((beyond, integer(change * unit * power_of_two(e))?))
         })?;
-        Some(Self { stop, bits: e })
+        let per_s = 1.0 / (power_of_two(e) * unit_s(stop.bits()));
+        Some(Self {
+            stop,
+            bits: e,
+            per_s,
+        })
     }
 
     /// How long it takes, µs.
@@ -55,8 +62,7 @@ impl RateRamp {
             Some(less) => way.wrapping_shr(less),
             None => way.wrapping_shl(n.wrapping_sub(behind)),
         };
-        let change = float(a) / (power_of_two(self.bits) * unit_s(n));
-        (time, v.wrapping_shr(behind), change)
+        (time, v.wrapping_shr(behind), float(a) * self.per_s)
     }
 }
 

@@ -401,8 +401,8 @@ mod test {
         assert!(fast.worst() < 0.4 * classical.worst() && fast.fits());
     }
 
-    /// Drives without a gear have a group with offsets: three take 4 + 3 · 6 bytes of it, sent in 24, where targets alone
-    /// take 16.
+    /// Drives without a gear have a group with offsets: four take 4 + 4 · 6 bytes of it, sent in 32, where targets alone
+    /// take 20.
     #[test]
     fn a_group_with_offsets_is_as_long_as_its_slots() {
         let mut cell = Cell::of(&[RobotKind::Polycrank]);
@@ -414,9 +414,9 @@ mod test {
         let first = loads.iter().find(|t| t.bus.name != "mp").unwrap();
         let groups = first.entries.iter().filter(|e| e.what.contains("group"));
         let groups: Vec<(usize, u64)> = groups.map(|e| (e.frames, e.worst_ns)).collect();
-        let worst = budget::worst_fd(IdFormat::Standard, 24);
+        let worst = budget::worst_fd(IdFormat::Standard, 32);
         assert_eq!(groups, [(1, Rates::FD_1M_5M.duration_ns(worst))]);
-        assert_eq!(cell.robots[0].drives[0].axes.len(), 3);
+        assert_eq!(cell.robots[0].drives[0].axes.len(), 4);
     }
 
     #[test]
