@@ -60,7 +60,7 @@ impl<const N: usize> Subsystem for EcpOf<N> {
 
 /// Programs of the user, linked into the node: behaviours made of their own generators.
 ///
-/// A program is started by [`Instruction::Program`] and stepped once per macrostep.
+/// A program is started by [`Instruction::Program`](protocol::message::Instruction::Program) and stepped once per macrostep.
 pub trait Programs<const N: usize> {
     /// Start program `program`; `false` if there is none of that number.
     fn begin(&mut self, program: u16, argument: f64) -> bool;

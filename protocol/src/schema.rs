@@ -18,6 +18,7 @@ pub const SCHEMA_HASH: u64 = {
     hash = hash_of(hash, include_str!("units.rs"));
     hash = hash_of(hash, include_str!("fault.rs"));
     hash = hash_of(hash, include_str!("message.rs"));
+    hash = hash_of(hash, include_str!("message/event.rs"));
     hash = hash_of(hash, include_str!("maintenance.rs"));
     hash_of(hash, include_str!("id.rs"))
 };

@@ -52,23 +52,11 @@ struct Raw {
     /// Where poses put the track of irp6-track; the cell file of the MP must say the same
     #[arg(long, value_enum, default_value = "keep")]
     track: Track,
-    /// Node and drives speak the fast profile of CAN FD, which is experimental: on an interface that carries CAN FD,
-    /// with drives that can (those of mrroc-hil-sim)
-    #[arg(long)]
-    fast_drives: bool,
+    #[command(flatten)]
+    drives: DriveOptions,
     /// The force sensor in the wrist is on this drive bus, 0 or 1, as sensor 0; on a CAN interface on 0, as sensor J − 1
     #[arg(long, value_name = "BUS")]
     force_bus: Option<u8>,
-    /// The device that the drive of an axis must be; if it has no node id, the node gives it one. May be given several
-    /// times
-    #[arg(long, value_name = "AXIS=VENDOR:PRODUCT:REVISION:SERIAL", value_parser = named)]
-    drive: Vec<(u8, Identity)>,
-    /// Look for a drive without node id when an axis' drive does not boot, and tell its identity
-    #[arg(long)]
-    find_drives: bool,
-    /// The drives store their set-up, and are not given it again while it is the same
-    #[arg(long)]
-    stored_setup: bool,
     /// Real-time scheduling (first in, first out) with this priority, 1 to 99, and memory that stays in RAM:
     /// on Linux, for those who may
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(1..=99))]
@@ -80,6 +68,25 @@ struct Raw {
     /// JSON lines on stdout: every event as it happens, then the summary
     #[arg(long)]
     json: bool,
+}
+
+/// What is asked of the drives.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DriveOptions {
+    /// Node and drives speak the fast profile of CAN FD, which is experimental: on an interface that carries CAN FD,
+    /// with drives that can (those of mrroc-hil-sim)
+    #[arg(long)]
+    pub(crate) fast_drives: bool,
+    /// The device that the drive of an axis must be; if it has no node id, the node gives it one. May be given several
+    /// times
+    #[arg(long, value_name = "AXIS=VENDOR:PRODUCT:REVISION:SERIAL", value_parser = named)]
+    pub(crate) drive: Vec<(u8, Identity)>,
+    /// Look for a drive without node id when an axis' drive does not boot, and tell its identity
+    #[arg(long)]
+    pub(crate) find_drives: bool,
+    /// The drives store their set-up, and are not given it again while it is the same
+    #[arg(long)]
+    pub(crate) stored_setup: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -117,16 +124,10 @@ pub(crate) struct Args {
     pub(crate) velocity_factor: f64,
     /// Where the track goes.
     pub(crate) track: TrackRule,
-    /// The fast profile towards the drives.
-    pub(crate) fast_drives: bool,
+    /// What is asked of the drives.
+    pub(crate) drives: DriveOptions,
     /// The drive bus of its force sensor, if it has one.
     pub(crate) force_bus: Option<u8>,
-    /// What the drives of axes, from 0, must be.
-    pub(crate) identities: Vec<(u8, Identity)>,
-    /// Strangers are looked for.
-    pub(crate) find_drives: bool,
-    /// The drives store their set-up.
-    pub(crate) stored_setup: bool,
     /// Of real-time scheduling.
     pub(crate) priority: Option<u8>,
     /// Where its state is kept.
@@ -158,7 +159,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
     if raw.track != Track::Keep && robot != RobotKind::Irp6Track {
         return Err(End::usage(format!("--track: {robot} has no track")));
     }
-    if raw.fast_drives && !matches!(raw.bus, Place::Can { .. }) {
+    if raw.drives.fast_drives && !matches!(raw.bus, Place::Can { .. }) {
         return Err(End::usage(format!(
             "--fast-drives: {} carries classical frames only (expected can:INTERFACE, with CAN FD)",
             raw.bus
@@ -179,11 +180,8 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Args, En
             Track::Keep => TrackRule::Keep,
             Track::InFront => TrackRule::InFront,
         },
-        fast_drives: raw.fast_drives,
+        drives: raw.drives,
         force_bus: raw.force_bus,
-        identities: raw.drive,
-        find_drives: raw.find_drives,
-        stored_setup: raw.stored_setup,
         priority: raw.priority,
         state: raw.state,
         json: raw.json,
@@ -235,12 +233,13 @@ mod tests {
         let args = "mrroc-node irp6-postument --bus hub --drive 3=0:402:0x10000:17 --drive 1=1:2:3:0xFFFFFFFF";
         let args = of(args).unwrap();
         let parts: Vec<_> = args
-            .identities
+            .drives
+            .drive
             .iter()
             .map(|(axis, who)| (*axis, who.parts()))
             .collect();
         assert_eq!(parts, [(2, [0, 402, 65_536, 17]), (0, [1, 2, 3, u32::MAX])]);
-        assert!(!args.find_drives && !args.stored_setup);
+        assert!(!args.drives.find_drives && !args.drives.stored_setup);
         for wrong in [
             "3",
             "0=1:2:3:4",
@@ -261,7 +260,7 @@ mod tests {
     #[test]
     fn defaults() {
         let args = of("mrroc-node irp6-postument --bus hub:3000").unwrap();
-        assert_eq!((args.effector, args.fast_drives), (2, false));
+        assert_eq!((args.effector, args.drives.fast_drives), (2, false));
         assert_eq!(args.law, ServoLaw::DrivePosition);
         assert_eq!(
             args.place,
@@ -271,7 +270,7 @@ mod tests {
             }
         );
         let args = of("mrroc-node irp6-track --bus can:can0 --fast-drives").unwrap();
-        assert_eq!((args.effector, args.fast_drives), (1, true));
+        assert_eq!((args.effector, args.drives.fast_drives), (1, true));
     }
 
     #[test]

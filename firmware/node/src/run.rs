@@ -75,9 +75,9 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
     });
     let force = force.transpose()?;
     let known = KnownDrives {
-        identities: &args.identities,
-        find: args.find_drives,
-        stored: args.stored_setup,
+        identities: &args.drives.drive,
+        find: args.drives.find_drives,
+        stored: args.drives.stored_setup,
     };
     let drives = args.robot.visit(args.track, Drives(&station, &known));
     let drives = drives.map_err(wrong)?;
@@ -85,7 +85,7 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
         printer.tell(line);
     })?;
     station.mtu = opened.mtu;
-    if args.fast_drives && opened.mtu != Mtu::Fd {
+    if args.drives.fast_drives && opened.mtu != Mtu::Fd {
         return Err(End::new(
             exit::UNAVAILABLE,
             format!(
@@ -98,7 +98,7 @@ fn live(args: &Args, asked: &Arc<AtomicU8>) -> Result<Over, End> {
     let state = State::open(args.state.as_deref(), args.robot)?;
     let build = Build {
         station: &station,
-        fast_drives: args.fast_drives,
+        fast_drives: args.drives.fast_drives,
         force,
         known: &known,
         state: &state,

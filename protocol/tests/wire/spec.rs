@@ -98,12 +98,14 @@ fn every_size_is_in_the_table() {
 fn every_field_and_variant_is_named() {
     let spec = spec();
     let source = include_str!("../../src/message.rs");
+    let events = include_str!("../../src/message/event.rs");
     let maintenance = include_str!("../../src/maintenance.rs");
     let refusals = include_str!("../../src/fault.rs");
     let refusals = &refusals[refusals.find("pub struct Fault").unwrap()..];
     let mut checked = 0;
     for line in source
         .lines()
+        .chain(events.lines())
         .chain(maintenance.lines())
         .chain(refusals.lines())
     {

@@ -22,7 +22,7 @@ use protocol::message::{
 use protocol::time::Micros;
 use protocol::transfer::Mtu;
 use protocol::units::PerAxis;
-use robots::{Robot, RobotVisitor, TrackRule};
+use robots::{AxisDescription, Robot, RobotVisitor, TrackRule};
 
 /// The greatest share of a bus that its cyclic traffic may take at worst.
 /// Three drives at 1 kHz, as those of the RNT, take 80.8 %: hence not 80.
@@ -166,7 +166,7 @@ fn fast_drives(robot: &RobotSpec, bus: &BusSpec, axes: &[usize]) -> Vec<Entry> {
     let (rates, cycle) = (bus.rates(), Micros(u64::from(servo_step_us(robot))));
     let name = &robot.name;
     let all = arm(robot.kind).axes();
-    let direct = |axis: usize| all.get(axis).is_some_and(|axis| axis.is_direct());
+    let direct = |axis: usize| all.get(axis).is_some_and(AxisDescription::is_direct);
     let last = |layout: Layout| {
         let mine = |axis: usize| direct(axis) == (layout == Layout::Offsets);
         let mine = (1..).zip(axes).filter(|(_, axis)| mine(**axis));
