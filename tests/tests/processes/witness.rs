@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 
 /// An identifier that nobody here uses: it shows that the witness listens, and where a story ends.
 pub(crate) const MARK: Id = Id::Standard(0x77F);
+/// The same as a filter.
+const MARKS: &str = "77F:7FF";
 
 /// A recording under way.
 pub(crate) struct Witness {
@@ -27,12 +29,13 @@ impl Witness {
         Self::of_some(interface, &[])
     }
 
-    /// The same of some frames only: identifier and mask as `candump` takes them; marks are among them.
+    /// The same of some frames only, and of marks: identifier and mask as `candump` takes them.
     pub(crate) fn of_some(interface: &str, filters: &[&str]) -> Self {
         let name = format!("mrroc-{interface}-{}.log", std::process::id());
         let file = std::env::temp_dir().join(name);
         let mut what = interface.to_owned();
-        for filter in filters {
+        let marks = (!filters.is_empty()).then_some(MARKS);
+        for filter in filters.iter().copied().chain(marks) {
             what = format!("{what},{filter}");
         }
         let child = Command::new("candump")
